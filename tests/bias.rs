@@ -471,7 +471,7 @@ mod largest {
     /// Candidates among rare lights are divided by the probability of their draw and of their roulette. The faults leave one
     /// of these divisions out.
     #[test]
-    fn shares_of_rare_lights_that_are_forgotten_are_found() {
+    fn fractions_of_rare_lights_that_are_forgotten_are_found() {
         let plan = |name: &str, bounces: u32, settings: &str| {
             format!(
                 r#"
@@ -510,8 +510,8 @@ set = {{ {settings} }}
                 "1.0",
             ),
         );
-        let share = "if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;";
-        assert_biased(&indirect, (file, share, ""));
+        let fraction = "if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;";
+        assert_biased(&indirect, (file, fraction, ""));
     }
 
     /// The light sample that a vertex stores stands for a matte white point, which reflects every colour. A surface that

@@ -364,8 +364,8 @@ mod thorough {
         }
         let fault = (
             "restir/algebra.glsl",
-            "front * share / neighbour_share * pair;",
-            "1.005 * front * share / neighbour_share * pair;",
+            "front * fraction / neighbour_fraction * pair;",
+            "1.005 * front * fraction / neighbour_fraction * pair;",
         );
         let test = "thorough::furnaces_keep_their_energy_over_four_thousand_frames";
         assert_found(test, fault, "Estimate");

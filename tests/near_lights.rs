@@ -442,8 +442,8 @@ mod thorough {
                         let angle = (toward.x.hypot(toward.z)).atan2(toward.y);
                         let square = |angle: f64| (angle / 2.0).sin().powi(2);
                         let between = (square(outer) - square(inner)).max(1e-30);
-                        let share = ((square(outer) - square(angle)) / between).clamp(0.0, 1.0);
-                        share * share * toward.y / toward.length().powi(3)
+                        let fraction = ((square(outer) - square(angle)) / between).clamp(0.0, 1.0);
+                        fraction * fraction * toward.y / toward.length().powi(3)
                     };
                     let points = points(&view, 0.0).into_iter();
                     let expected: Vec<f64> = points.map(|p| reflected(part(p))).collect();

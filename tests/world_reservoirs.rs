@@ -77,9 +77,9 @@ fn lists(keys: &[u32], size: TableSize, frame: u32) -> Lists {
 }
 
 /// Checks the table and the lists of the vertices with these keys against the rules, and returns the fraction of vertices
-/// that are in a list. `share` is the number of table slots per vertex.
-fn check(name: &str, keys: &[u32], share: f64) -> f64 {
-    let size = TableSize::new(keys.len() as u64, share);
+/// that are in a list. `fraction` is the number of table slots per vertex.
+fn check(name: &str, keys: &[u32], fraction: f64) -> f64 {
+    let size = TableSize::new(keys.len() as u64, fraction);
     let found = lists(keys, size, 3);
     assert_eq!(found, lists(keys, size, 3), "{name}: two runs differ");
 
@@ -181,11 +181,11 @@ fn every_vertex_is_in_the_list_of_its_cell_or_counted_as_dropped() {
         ("one cell", 20_000, 1),
         ("one vertex", 1, 1),
     ] {
-        let share = check(name, &draw(count, cells), 0.25);
+        let fraction = check(name, &draw(count, cells), 0.25);
         if cells == 500 {
             assert!(
-                (share - stays).abs() < 0.01,
-                "{share} of the vertices are in lists"
+                (fraction - stays).abs() < 0.01,
+                "{fraction} of the vertices are in lists"
             );
         }
     }

@@ -57,12 +57,12 @@ float near_distance(float clearance, float back_off) { return 256.0 * (clearance
 // The part of an offset by which an end of a ray leaves its surface whose other end is `height` above the plane of that surface.
 // Of a height that is not much larger, the two ends keep a third: all of it would carry each of them past the other one, which then
 // sees the back of an emitter. A quarter is left in any case, since a light that grazes the surface needs a clear ray as well.
-float share_of_offset(float rise, float height) { return clamp(height / max(3.0 * rise, TINY), 0.25, 1.0); }
+float fraction_of_offset(float rise, float height) { return clamp(height / max(3.0 * rise, TINY), 0.25, 1.0); }
 
 // An end of a ray off the surface on the side of `direction`, moved by the bound of the rounding error. A constant
 // offset would leak light in small scenes and detach shadows in large ones. The other end is `height` above the surface's plane.
 vec3 offset_origin(vec3 position, vec3 error, vec3 normal, vec3 direction, float height) {
     float distance = clearance_of(normal, error);
-    distance *= share_of_offset(distance, height);
+    distance *= fraction_of_offset(distance, height);
     return position + (dot(direction, normal) < 0.0 ? -distance : distance) * normal;
 }

@@ -1,7 +1,7 @@
 #pragma once
 // The resampling algebra on plain numbers: weighted streams, and the MIS weights of a merge.
 //
-// Technique i has drawn a sample y_i with the unbiased contribution weight W_i. c_i is its share of the confidence of all:
+// Technique i has drawn a sample y_i with the unbiased contribution weight W_i. c_i is its fraction of the confidence of all:
 // Σ c_i = 1, so that no product with a target overflows. p̂←k(y) is the target function of technique k at y, carried to
 // the space of the canonical technique, which is number 0. C = Σ_{j≠0} c_j. A merge resamples with the weights
 // m_i(y_i) · p̂_0(y_i) · W_i, where m is one of
@@ -46,7 +46,7 @@ float contribution_weight(Stream stream) {
 }
 
 // own / (own + other); also where both are 0 or their sum overflows.
-float share_of(float own, float other) {
+float fraction_of(float own, float other) {
     if (own <= 0.0) return 0.0;
     return 1.0 / (1.0 + other / own);
 }
@@ -72,30 +72,30 @@ bool needs_target(uint mis, uint i, uint k) {
     return mis == MIS_BALANCE || i == k || i == 0u;
 }
 
-// Adds p̂←k(y_i); called in the order of k. `share` is c_k, `canonical_share` c_0, `neighbour_share` C.
+// Adds p̂←k(y_i); called in the order of k. `fraction` is c_k, `canonical_fraction` c_0, `neighbour_fraction` C.
 // Returns the amount by which the canonical's pair sum would grow if technique k did not see the sample.
-float add_target(inout MisTerms terms, uint i, uint k, float target, float share, float canonical_share,
-                 float neighbour_share) {
-    terms.all += share * target;
+float add_target(inout MisTerms terms, uint i, uint k, float target, float fraction, float canonical_fraction,
+                 float neighbour_fraction) {
+    terms.all += fraction * target;
     if (k == 0u) terms.canonical = target;
     if (k == i) terms.own = target;
-    if (i != 0u || k == 0u || neighbour_share <= 0.0) return 0.0;
-    float part = share / neighbour_share;
-    float of_canonical = share_of(canonical_share * terms.canonical, neighbour_share * target);
+    if (i != 0u || k == 0u || neighbour_fraction <= 0.0) return 0.0;
+    float part = fraction / neighbour_fraction;
+    float of_canonical = fraction_of(canonical_fraction * terms.canonical, neighbour_fraction * target);
     terms.pairs += part * of_canonical;
     // A technique with zero target cannot change the weight by not seeing the sample.
     return target > 0.0 ? part * (1.0 - of_canonical) : 0.0;
 }
 
 // m_i(y_i), after all targets that the merge needs were added.
-float mis_weight(uint mis, uint i, MisTerms terms, float share, float canonical_share, float neighbour_share) {
+float mis_weight(uint mis, uint i, MisTerms terms, float fraction, float canonical_fraction, float neighbour_fraction) {
     // Without neighbours that were ever filled, the canonical is the only technique.
-    if (neighbour_share <= 0.0) return i == 0u ? 1.0 : 0.0;
-    if (mis == MIS_CONSTANT) return share;
-    if (mis == MIS_BALANCE) return terms.own > 0.0 ? share * terms.own / terms.all : 0.0;
+    if (neighbour_fraction <= 0.0) return i == 0u ? 1.0 : 0.0;
+    if (mis == MIS_CONSTANT) return fraction;
+    if (mis == MIS_BALANCE) return terms.own > 0.0 ? fraction * terms.own / terms.all : 0.0;
     bool defensive = mis == MIS_DEFENSIVE;
-    float front = defensive ? neighbour_share : 1.0;
-    if (i == 0u) return front * terms.pairs + (defensive ? canonical_share : 0.0);
-    float pair = share_of(neighbour_share * terms.own, canonical_share * terms.canonical);
-    return front * share / neighbour_share * pair;
+    float front = defensive ? neighbour_fraction : 1.0;
+    if (i == 0u) return front * terms.pairs + (defensive ? canonical_fraction : 0.0);
+    float pair = fraction_of(neighbour_fraction * terms.own, canonical_fraction * terms.canonical);
+    return front * fraction / neighbour_fraction * pair;
 }

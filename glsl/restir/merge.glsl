@@ -7,7 +7,7 @@
 //   MergeReservoir technique_at(uint technique): technique 0 is the canonical
 //   ShadingPoint shading_point_of(uint technique)
 //   float transmittance(uint technique, ShadingPoint shading point, MergeSample value), with the sample as the technique sees it: the
-//     share of its light that arrives. Targets include whether it is above 0, light includes the share itself: then a
+//     fraction of its light that arrives. Targets include whether it is above 0, light includes the fraction itself: then a
 //     technique's own sample needs no ray for its weight, only where its light is added
 //   bool shift(uint from, uint to, ShadingPoint there, inout MergeSample value, out Shifted shifted): moves a sample from the space
 //     of one technique to that of another. One of them is the canonical, or both are the same. `there` is the shading point of
@@ -23,8 +23,8 @@
 // Visibility with two rays. The balance heuristic needs the visibility of every sample in every shading point. The pairwise
 // weights need it in two sums only, and one random term of each sum can stand for the whole:
 //
-// 1. The canonical's sample y_0. Let s_j = c_0 p̂_0 / (C p̂←j + c_0 p̂_0) be its share in the pair with neighbour j if j
-//    sees it. If j does not, p̂←j = 0 and the share is 1. With V_j = 1 if j sees y_0, else 0:
+// 1. The canonical's sample y_0. Let s_j = c_0 p̂_0 / (C p̂←j + c_0 p̂_0) be its fraction in the pair with neighbour j if j
+//    sees it. If j does not, p̂←j = 0 and the fraction is 1. With V_j = 1 if j sees y_0, else 0:
 //        m_0 = Σ_j (c_j/C) [s_j + (1 − V_j)(1 − s_j)].
 //    Let h_j = (c_j/C)(1 − s_j) and H = Σ_j h_j. Select one j with probability h_j / H, trace its ray, and add H to
 //    Σ_j (c_j/C) s_j if it does not see y_0. The expectation of the added term is Σ_j (1 − V_j) h_j, which is exact.
@@ -82,7 +82,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
     MergeReservoir canonical = technique_at(0u);
     float confidence = canonical.confidence + neighbour_confidence;
     float total = max(confidence, 1.0);
-    float canonical_share = canonical.confidence / total, neighbour_share = neighbour_confidence / total;
+    float canonical_fraction = canonical.confidence / total, neighbour_fraction = neighbour_confidence / total;
 
     // An empty technique has no sample; its shading point is still evaluated for the others' samples.
     bool has_canonical = canonical.contribution_weight > 0.0;
@@ -99,7 +99,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
     vec3 drawn_light = vec3(0.0);
     uint i = 0u;
     for (; i < count; i += 1u) {
-        float share = confidence_of(i) / total;
+        float fraction = confidence_of(i) / total;
         ShadingPoint there = shading_point_of(i);
         if (i == 0u) here = there;
         if (has_canonical && needs_target(mis, 0u, i)) {
@@ -107,7 +107,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
             MergeSample value = canonical.value;
             float target = target_at(i, there, 0u, value, all_rays, shifted);
             if (i == 0u) canonical_light = shifted.contribution;
-            float change = add_target(canonical_terms, 0u, i, target, share, canonical_share, neighbour_share);
+            float change = add_target(canonical_terms, 0u, i, target, fraction, canonical_fraction, neighbour_fraction);
             if (two_rays && change > 0.0) stream_add(asked, i, change, 1.0, random_choice(random));
         }
         if (i == 0u) continue;
@@ -119,13 +119,13 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
         for (uint k = 0u; k < count; k += 1u) {
             if (!needs_target(mis, i, k)) continue;
             ShadingPoint shading_point = there;
-            float technique_share = share;
+            float technique_fraction = fraction;
             if (k == 0u) {
                 shading_point = here;
-                technique_share = canonical_share;
+                technique_fraction = canonical_fraction;
             } else if (k != i) {
                 shading_point = shading_point_of(k);
-                technique_share = confidence_of(k) / total;
+                technique_fraction = confidence_of(k) / total;
             }
             Shifted shifted;
             MergeSample value = neighbour.value;
@@ -136,9 +136,9 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
                 neighbour.contribution_weight *= shifted.jacobian;
                 neighbour_light = shifted.contribution;
             }
-            add_target(terms, i, k, target, technique_share, canonical_share, neighbour_share);
+            add_target(terms, i, k, target, technique_fraction, canonical_fraction, neighbour_fraction);
         }
-        float weight = mis_weight(mis, i, terms, share, canonical_share, neighbour_share) * terms.canonical
+        float weight = mis_weight(mis, i, terms, fraction, canonical_fraction, neighbour_fraction) * terms.canonical
             * neighbour.contribution_weight;
         if (!two_rays) {
             resample(merged, selected, i, neighbour, weight, terms.canonical, neighbour_light, random);
@@ -174,7 +174,7 @@ Merged merge(uint mis, uint count, bool visibility, bool shades, inout Random ra
     }
     if (has_canonical) {
         if (HAS_BLEND && visibility && shades) canonical_light *= transmittance(0u, here, canonical.value);
-        float weight = mis_weight(mis, 0u, canonical_terms, canonical_share, canonical_share, neighbour_share)
+        float weight = mis_weight(mis, 0u, canonical_terms, canonical_fraction, canonical_fraction, neighbour_fraction)
             * canonical_terms.canonical * canonical.contribution_weight;
         resample(merged, selected, 0u, canonical, weight, canonical_terms.canonical, canonical_light, random);
     }

@@ -71,7 +71,7 @@ void record_origin(inout Reservoir r, uint pixel, ShadingPoint shading_point) {
 // The target function: the luminance that a sample adds per unit of its weight.
 float target_function(ShadingPoint shading_point, Sample value) { return luminance(contribution(shading_point, value)); }
 
-// The share of a sample's light that arrives: along the segment from the shading point and, where surfaces cover a part, those
+// The fraction of a sample's light that arrives: along the segment from the shading point and, where surfaces cover a part, those
 // behind it that belong to the sample.
 float trace_segments(ShadingPoint shading_point, Sample value, uint epoch) {
     uint segments = HAS_BLEND ? segment_count(value) : 1u;

@@ -1,5 +1,5 @@
 #pragma once
-// Alpha: the hits at which a ray ends, and the share of light that passes the others.
+// Alpha: the hits at which a ray ends, and the fraction of light that passes the others.
 //
 // A surface with alphaMode MASK is there or not. One with BLEND covers a part. Visibility rays pass it and are weakened:
 // what they find depends on their ends alone. So do rays of BSDF candidates, because a candidate's density must not depend

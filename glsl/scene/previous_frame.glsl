@@ -46,7 +46,7 @@ float transmittance_body(Ray ray, uint epoch) {
 
 #endif
 
-// The share of light that passes, or in the previous frame passed, between the ray's ends.
+// The fraction of light that passes, or in the previous frame passed, between the ray's ends.
 float trace_transmittance(Ray ray, uint epoch) {
     count_ray();
     float passed = transmittance_body(ray, epoch);

@@ -64,7 +64,7 @@ vec3 ray_origin(ShadingPoint shading_point, vec3 direction) { return shading_poi
 // A ray origin for a ray that ends `height` above the surface's plane.
 vec3 ray_origin(ShadingPoint shading_point, vec3 direction, float height) {
     vec3 off = ray_offset(shading_point, direction);
-    return shading_point.position + share_of_offset(abs(dot(off, shading_point.geometric_normal)), height) * off;
+    return shading_point.position + fraction_of_offset(abs(dot(off, shading_point.geometric_normal)), height) * off;
 }
 
 float near_distance(ShadingPoint shading_point) { return near_distance(shading_point.clearance, length(shading_point.back_off)); }

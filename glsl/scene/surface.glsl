@@ -84,7 +84,7 @@ vec3 ray_origin(Surface surface, vec3 viewed, vec3 direction) { return surface.p
 // A ray origin for a ray that ends `height` above the surface's plane.
 vec3 ray_origin(Surface surface, vec3 viewed, vec3 direction, float height) {
     vec3 off = ray_offset(surface, viewed, direction);
-    return surface.position + share_of_offset(abs(dot(off, surface.geometric_normal)), height) * off;
+    return surface.position + fraction_of_offset(abs(dot(off, surface.geometric_normal)), height) * off;
 }
 
 // The surface at the hit of a ray of unit direction.

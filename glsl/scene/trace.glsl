@@ -20,7 +20,7 @@ struct Hit {
     uint primitive;
     // Weights of the second and third corner.
     vec2 barycentrics;
-    // Of a visibility ray: the share of light that passes between its ends.
+    // Of a visibility ray: the fraction of light that passes between its ends.
     float transmittance;
 };
 
@@ -67,5 +67,5 @@ Hit trace(Ray ray, bool any_hit, uint alpha_random) {
 
 Hit trace_closest(Ray ray, uint alpha_random) { return trace(ray, false, alpha_random); }
 
-// The share of light that passes between the ray's ends.
+// The fraction of light that passes between the ray's ends.
 float trace_transmittance(Ray ray) { return trace(ray, true, NO_ALPHA_RANDOM).transmittance; }

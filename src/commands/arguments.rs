@@ -36,7 +36,7 @@ pub struct SceneArgs {
     /// Image height in pixels; given one side, the other follows the camera's aspect
     #[arg(long, allow_negative_numbers = true)]
     pub height: Option<u32>,
-    /// Seed of all random numbers
+    /// Seed of all random numbers; equal seeds give equal pictures on one driver
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub seed: u32,
     /// Maximum number of scattering events; 0 = emission only, 1 = direct light
@@ -45,7 +45,7 @@ pub struct SceneArgs {
     /// Draw rays over the whole pixel (box filter) instead of through its centre
     #[arg(long)]
     pub jitter: bool,
-    /// The scene's camera, by name or index
+    /// The camera of the scene to render with, by name or index; without it, the first one
     #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
     pub camera: Option<String>,
     /// A user-defined camera: eye, target and optionally the vertical field of view in degrees
@@ -72,16 +72,16 @@ pub struct SceneArgs {
     /// One setting, which overrides the preset and the file; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Options that choose the variant of the shaders
+    /// Options that choose the tracer and the access of shaders to the scene
     #[command(flatten)]
     pub variant: VariantArgs,
-    /// The device, by name, part of a name, or index
+    /// The Vulkan device, by its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
-    /// Further channels, for EXR files
+    /// Further channels of EXR files, such as albedo and depth, separated by commas
     #[arg(long, value_delimiter = ',', value_enum)]
     pub aov: Vec<Aov>,
-    /// Exposure of PNG files, in stops
+    /// Exposure of PNG files, in stops: radiance is multiplied by 2 to this power
     #[arg(
         long,
         default_value_t = 0.0,
@@ -97,13 +97,13 @@ pub struct SceneArgs {
 /// Additional channels of an EXR file, beside the picture, as `--aov` names them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Aov {
-    /// Diffuse and specular albedo.
+    /// The fraction of light, from 0 to 1 per channel, that the visible surface reflects.
     Albedo,
-    /// World-space shading normal.
+    /// The shading normal of the visible surface, in world space.
     Normal,
-    /// Distance along the ray; 0 where nothing was hit.
+    /// Distance from the camera to the visible surface along the ray, in scene units; 0 where nothing was hit.
     Depth,
-    /// Index of the instance.
+    /// Index of the visible instance among the instances of the scene; 0xFFFFFFFF where nothing was hit.
     Instance,
     /// Motion in pixels to the position in the last frame, rightwards and downwards.
     Motion,

@@ -49,8 +49,8 @@ impl FrameRange {
         Ok(())
     }
 
-    fn contains(&self, number: u32) -> bool {
-        (self.first..=self.last).contains(&number)
+    fn contains(&self, index: u32) -> bool {
+        (self.first..=self.last).contains(&index)
     }
 }
 
@@ -113,13 +113,13 @@ impl<'a> Capture<'a> {
         })
     }
 
-    /// Renders frame `number`, counted from 0, and presents its picture. If the frame is captured and the plan has a folder,
+    /// Renders frame `index`, counted from 0, and presents its picture. If the frame is captured and the plan has a folder,
     /// writes the picture there.
     ///
     /// # Errors
     /// The device or the tool fails, the scene cannot be rendered at the time of the frame, or the picture cannot be
     /// written.
-    fn frame(&mut self, session: &mut Session, number: u32) -> Result<()> {
+    fn frame(&mut self, session: &mut Session, index: u32) -> Result<()> {
         let CapturePlan {
             range,
             accumulate,
@@ -127,18 +127,18 @@ impl<'a> Capture<'a> {
             folder,
             ..
         } = *self.wanted;
-        let captured = range.contains(number);
+        let captured = range.contains(index);
         if let (true, Tool::RenderDoc(watcher)) = (captured, &mut self.tool) {
             watcher.begin();
         }
         let presentation = self.presentation.as_ref();
         let begins_with_blue = presentation.is_some_and(Presentation::begins_with_blue);
         {
-            let _label = session.device.label(&format!("frame {number}"));
-            session.frame(number, accumulate)?;
+            let _label = session.device.label(&format!("frame {index}"));
+            session.frame(index, accumulate)?;
             (session.renderer).show(&self.display, exposure, begins_with_blue)?;
             if let Some(presentation) = presentation {
-                presentation.present(number, &self.display.pixels)?;
+                presentation.present(index, &self.display.pixels)?;
             }
         }
         if !captured {
@@ -146,7 +146,7 @@ impl<'a> Capture<'a> {
         }
         if let Tool::RenderDoc(watcher) = &mut self.tool {
             let file = watcher.end()?;
-            super::print(format_args!("frame {number}: {}", file.display()))?;
+            super::print(format_args!("frame {index}: {}", file.display()))?;
         }
         let Some(folder) = folder else {
             return Ok(());
@@ -162,7 +162,7 @@ impl<'a> Capture<'a> {
                 [red, green, blue]
             })
             .collect();
-        let path = folder.join(format!("frame_{number:04}.png"));
+        let path = folder.join(format!("frame_{index:04}.png"));
         png::write_bytes(&path, (width, height), &rgb)
     }
 }
@@ -194,10 +194,10 @@ pub fn render(
 ) -> Result<()> {
     let mut capture = Capture::new(session, wanted)?;
     let progress = Progress::new(Some(u64::from(wanted.frames)), "frames");
-    for number in 0..wanted.frames {
+    for index in 0..wanted.frames {
         interrupt.check("captured frames stay, and no picture was written")?;
-        capture.frame(session, number)?;
-        progress.at(f64::from(number + 1));
+        capture.frame(session, index)?;
+        progress.at(f64::from(index + 1));
     }
     progress.finish();
     match wanted.accumulate {
@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn ranges_include_both_ends() {
         let range: FrameRange = "1..3".parse().unwrap();
-        let inside: Vec<u32> = (0..6).filter(|number| range.contains(*number)).collect();
+        let inside: Vec<u32> = (0..6).filter(|index| range.contains(*index)).collect();
         assert_eq!(inside, [1, 2, 3]);
         assert!(range.check(4).is_ok() && range.check(3).is_err());
         for wrong in ["", "3", "3..1", "a..b", "1...3", "-1..2", "..", "1..=3"] {

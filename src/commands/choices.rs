@@ -28,12 +28,12 @@ impl LoadArgs {
 /// The method that traces rays, as `--tracer` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum TracerArg {
-    /// By rule from the device
+    /// The program chooses by the features of the device
     #[default]
     Auto,
-    /// The driver's acceleration structures
+    /// Ray query through the driver's acceleration structures
     RayQuery,
-    /// The BVH traversed in compute
+    /// A BVH that compute shaders traverse; every device has it
     ComputeBvh,
 }
 
@@ -51,37 +51,37 @@ impl TracerArg {
 /// The access of shaders to the buffers of the scene and to world reservoirs, as `--geometry` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
-    /// By rule from the device and the size of the scene
+    /// The program chooses by the features of the device and the size of the scene
     #[default]
     Auto,
     /// Access as named storage buffers, which capture tools show and replay
     StorageBuffers,
-    /// Access by buffer device address
+    /// Access by buffer device address, which has no limit of size
     BufferAddresses,
 }
 
 /// The access of shaders to the texels of textures, as `--textures` names it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesArg {
-    /// By rule from the device
+    /// The program chooses by the features of the device
     #[default]
     Auto,
-    /// From images, by descriptor indexing
+    /// Sampled images, one per texture, by descriptor indexing
     Images,
-    /// From a buffer
+    /// One storage buffer with the texels of all textures
     Buffer,
 }
 
 /// Options that choose the variant of the shaders; by default, the program chooses by its rules.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct VariantArgs {
-    /// Tracer of rays
+    /// The method that traces rays
     #[arg(long, value_enum, default_value_t)]
     pub tracer: TracerArg,
     /// Access of shaders to the buffers of the scene and to world reservoirs
     #[arg(long, value_enum, default_value_t)]
     pub geometry: GeometryArg,
-    /// Access to the texels of textures
+    /// How shaders read the texels of textures
     #[arg(long, value_enum, default_value_t)]
     pub textures: TexturesArg,
 }

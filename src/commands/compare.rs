@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 /// The command-line arguments of `headwater compare`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The picture: .exr or .png
+    /// The picture to examine: .exr or .png
     picture: PathBuf,
-    /// The reference with which it is compared
+    /// The reference picture, of the same size
     reference: PathBuf,
     /// Print one JSON object; values that are not finite, such as a ratio to black, are null
     #[arg(long)]

@@ -12,7 +12,7 @@ use serde_json::json;
 /// The command-line arguments of `headwater info`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Print one JSON object
+    /// Print the result as one JSON object instead of text
     #[arg(long)]
     json: bool,
     /// The device that would be used, by name, part of a name, or index

@@ -12,7 +12,7 @@ use serde_json::json;
 pub struct Args {
     /// The preset to show; without it, all presets and all settings
     name: Option<String>,
-    /// Print one JSON object
+    /// Print the result as one JSON object instead of text
     #[arg(long)]
     json: bool,
 }

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Number of timed frames
+    /// Number of frames that are timed, after the warm-up
     #[arg(long, default_value_t = 16, allow_negative_numbers = true)]
     frames: u32,
     /// Number of frames before them, which compile the shaders and fill the history
@@ -31,13 +31,13 @@ pub struct Args {
     /// Number of frames per second; without it all frames show --start-time
     #[arg(long, allow_hyphen_values = true)]
     fps: Option<f64>,
-    /// Print one JSON object
+    /// Print the result as one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Write the profile, for --against
+    /// Write the profile as JSON, with which --against compares later profiles
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
-    /// Write a trace that Perfetto and chrome://tracing show
+    /// Write the time line of all passes as JSON, which Perfetto and chrome://tracing show
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
     /// An earlier profile of the same scene: print both, and fail if this one is worse than the limits allow

@@ -35,7 +35,7 @@ enum Steps {
     /// Steps with this name, in the plural. The number is that of all steps, or `None` if it is unknown.
     Counted(Option<u64>, &'static str),
     /// Fractions, in [0, 1], of a whole with this name.
-    Shares(&'static str),
+    Fractions(&'static str),
 }
 
 impl Progress {
@@ -47,7 +47,7 @@ impl Progress {
 
     /// Shows the progress of work that is reported as a fraction in [0, 1]. `name` is the name of the whole work.
     pub fn of_whole(name: &'static str) -> Self {
-        Self::with(Steps::Shares(name))
+        Self::with(Steps::Fractions(name))
     }
 
     /// Marks work that may end before its last step: no notice about its long duration is printed.
@@ -65,7 +65,7 @@ impl Progress {
         };
         let total = match steps {
             Steps::Counted(total, _) => total,
-            Steps::Shares(_) => Some(1),
+            Steps::Fractions(_) => Some(1),
         };
         let bar = ProgressBar::with_draw_target(total.map(|_| TICKS), target);
         let template = match total {
@@ -91,7 +91,7 @@ impl Progress {
     pub fn at(&self, done: f64) {
         let total = match self.steps {
             Steps::Counted(total, _) => total.map(|total| total as f64),
-            Steps::Shares(_) => Some(1.0),
+            Steps::Fractions(_) => Some(1.0),
         };
         match total {
             Some(total) => self
@@ -125,7 +125,7 @@ impl Progress {
         match self.steps {
             Steps::Counted(Some(total), unit) => format!("{done:.decimals$} of {total} {unit}"),
             Steps::Counted(None, unit) => format!("{done:.decimals$} {unit}"),
-            Steps::Shares(name) => format!("{:.1} % of {name}", 100.0 * done),
+            Steps::Fractions(name) => format!("{:.1} % of {name}", 100.0 * done),
         }
     }
 
@@ -152,7 +152,7 @@ impl Progress {
         self.announced.set(true);
         let work = match self.steps {
             Steps::Counted(total, unit) => format!("{} {unit}", total.unwrap_or_default()),
-            Steps::Shares(name) => name.to_owned(),
+            Steps::Fractions(name) => name.to_owned(),
         };
         let text = format!(
             "at this speed {work} will take about {}; Ctrl-C ends the work",

@@ -44,10 +44,10 @@ pub struct Args {
     /// Stop when √mean(stderr²) is below this fraction of the image's mean
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     target_error: Option<f64>,
-    /// Stop after this many seconds
+    /// Stop rendering after this many seconds, after at least one sample per pixel
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     time: Option<f64>,
-    /// Continue the first output file
+    /// Add samples to those of the first output file, which an earlier run has written
     #[arg(long)]
     resume: bool,
 }

@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 /// The command-line arguments of `headwater regress`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The folder of golden frames, with a folder for each driver
+    /// The folder of golden frames; it has one folder for each driver
     folder: PathBuf,
     /// Make the golden frames of this driver, replacing older ones of the same driver; with --only, those of some cases
     #[arg(long)]
@@ -36,16 +36,16 @@ pub struct Args {
     /// Require equal bits even if the golden frames belong to another driver, such as another build of the same source
     #[arg(long, conflicts_with = "bless")]
     exact: bool,
-    /// Run only cases whose name contains this text
+    /// Run only the cases whose names contain this text
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
-    /// Write the results as JUnit XML
+    /// Write the results of all cases as JUnit XML, for CI systems
     #[arg(long, value_name = "FILE.xml", conflicts_with = "bless")]
     junit: Option<PathBuf>,
     /// The folder for pictures of cases that fail; it is made when there are any
     #[arg(short, long, value_name = "FOLDER", default_value = "regress-failures")]
     output: PathBuf,
-    /// The device, by name, part of a name, or index
+    /// The Vulkan device, by its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
 }
@@ -101,8 +101,8 @@ fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt
     }
     let progress = Progress::new(Some(cases.len() as u64), "cases");
     let mut skipped = 0;
-    for (number, case) in cases.iter().enumerate() {
-        progress.at(number as f64);
+    for (index, case) in cases.iter().enumerate() {
+        progress.at(index as f64);
         match render_case(args, case, device, interrupt)? {
             Ok(rendered) => blessing.add(case, rendered.image, rendered.steps),
             Err(_) => skipped += 1,
@@ -124,15 +124,15 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
     let began = Instant::now();
     let (goldens, own) = Goldens::find(&args.folder, device)?;
     let exact = own || args.exact;
-    if let Some(revision) = goldens.other_revision() {
-        notice(&format!(
-            "revision {revision} of Headwater made these golden frames, and this is another one: differences may be changes of Headwater"
-        ));
-    }
     check_folder(&args.output)?;
     // Damage is found before minutes of work.
     for case in cases {
         goldens.case(case)?;
+    }
+    if let Some(revision) = goldens.other_revision() {
+        notice(&format!(
+            "revision {revision} of Headwater made these golden frames, and this is another one: differences may be changes of Headwater"
+        ));
     }
     print(format_args!(
         "golden frames of {} driver, {} ({}): {}",
@@ -301,9 +301,9 @@ fn render_case(
     };
     let mut session = Session::open(&scene, settings, clock, purpose, 0..frames, interrupt)?;
     // Whole frames, as a driver meets them elsewhere.
-    for number in 0..frames {
+    for index in 0..frames {
         interrupt.check(NOTHING_WRITTEN)?;
-        session.frame(number, accumulate)?;
+        session.frame(index, accumulate)?;
     }
     if !accumulate {
         session.renderer.keep_single_frame()?;
@@ -314,11 +314,11 @@ fn render_case(
     // The same frames pass by pass.
     session.restart_with_hashes()?;
     let mut steps = Vec::new();
-    for number in 0..frames {
+    for index in 0..frames {
         interrupt.check(NOTHING_WRITTEN)?;
-        session.frame(number, accumulate)?;
+        session.frame(index, accumulate)?;
         let outputs = session.device.records.take_outputs().into_iter();
-        steps.extend(outputs.map(|output| Step::of(number, output)));
+        steps.extend(outputs.map(|output| Step::of(index, output)));
     }
     session.finish()?;
     Ok(Ok(Rendered { image, steps }))

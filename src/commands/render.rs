@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub struct Args {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Output files: .exr or .png; repeatable
+    /// Output file, .exr or .png; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
     /// Number of frames; their indices begin with 0
@@ -84,10 +84,10 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let history = session.first_needed_for(first);
     let progress = super::progress::Progress::new(Some(u64::from(args.frames - history)), "frames");
-    for number in history..first {
+    for index in history..first {
         interrupt.check(NOTHING_WRITTEN)?;
-        session.skip_frame(number)?;
-        progress.at(f64::from(number - history));
+        session.skip_frame(index)?;
+        progress.at(f64::from(index - history));
     }
     let mut done = first;
     while done < args.frames && interrupt.pending().is_none() {

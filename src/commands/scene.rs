@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 pub enum Command {
     /// The procedural scenes and their parameters.
     List {
-        /// Print one JSON object
+        /// Print the result as one JSON object instead of text
         #[arg(long)]
         json: bool,
     },
@@ -30,10 +30,10 @@ pub enum Command {
     Generate {
         /// The scene's name, or a sky such as sky:sun=40
         name: String,
-        /// The output file
+        /// The file to write: .glb for a scene, .exr for a sky
         #[arg(short, long, value_name = "FILE.glb|FILE.exr")]
         output: PathBuf,
-        /// A parameter; repeatable
+        /// A changed parameter of the scene; may be given several times
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
@@ -44,7 +44,7 @@ pub enum Command {
         /// Options that permit missing or outside files while a scene is loaded
         #[command(flatten)]
         load: LoadArgs,
-        /// Print one JSON object
+        /// Print the result as one JSON object instead of text
         #[arg(long)]
         json: bool,
     },

@@ -224,33 +224,33 @@ impl Session {
         })
     }
 
-    /// The index of the first frame that must be rendered so that frame `number` is correct. It is 0 if frames depend on
+    /// The index of the first frame that must be rendered so that frame `index` is correct. It is 0 if frames depend on
     /// those before them, the previous frame if the clock runs, because motion is the difference of two frames, and
-    /// otherwise `number` itself.
-    pub fn first_needed_for(&self, number: u32) -> u32 {
+    /// otherwise `index` itself.
+    pub fn first_needed_for(&self, index: u32) -> u32 {
         if self.renderer.has_history() {
             return 0;
         }
         // Motion is told from one frame to the next.
         let runs = self.running_clock().is_some();
-        number - u32::from(runs && number > 0)
+        index - u32::from(runs && index > 0)
     }
 
-    /// Renders frame `number` only as the history of later frames, without adding it to the sums.
+    /// Renders frame `index` only as the history of later frames, without adding it to the sums.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
-    pub fn skip_frame(&mut self, number: u32) -> Result<()> {
-        self.set_clock(number)?;
-        let times = self.renderer.skip_frame(number)?;
+    pub fn skip_frame(&mut self, index: u32) -> Result<()> {
+        self.set_clock(index)?;
+        let times = self.renderer.skip_frame(index)?;
         self.keep_times(times);
         Ok(())
     }
 
-    /// Renders frame `number` alone, without adding it to the frames before it.
-    fn single_frame(&mut self, number: u32) -> Result<()> {
-        self.set_clock(number)?;
-        let times = self.renderer.single_frame(number)?;
+    /// Renders frame `index` alone, without adding it to the frames before it.
+    fn single_frame(&mut self, index: u32) -> Result<()> {
+        self.set_clock(index)?;
+        let times = self.renderer.single_frame(index)?;
         self.keep_times(times);
         Ok(())
     }
@@ -265,15 +265,15 @@ impl Session {
         self.device.hash_outputs()
     }
 
-    /// Renders frame `number`. It is added to the sums of the frames before it if `accumulates` is true, and otherwise
+    /// Renders frame `index`. It is added to the sums of the frames before it if `accumulates` is true, and otherwise
     /// rendered alone.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
-    pub fn frame(&mut self, number: u32, accumulates: bool) -> Result<()> {
+    pub fn frame(&mut self, index: u32, accumulates: bool) -> Result<()> {
         match accumulates {
-            true => self.add_samples(number, 1, &mut |_| Ok(())).map(drop),
-            false => self.single_frame(number),
+            true => self.add_samples(index, 1, &mut |_| Ok(())).map(drop),
+            false => self.single_frame(index),
         }
     }
 
@@ -290,13 +290,13 @@ impl Session {
         self.clock.filter(|clock| clock.fps.is_some())
     }
 
-    /// Sets the scene to the time of frame `number`, with its camera, and returns true. If all frames show the same time, it
+    /// Sets the scene to the time of frame `index`, with its camera, and returns true. If all frames show the same time, it
     /// changes nothing and returns false.
-    fn set_clock(&mut self, number: u32) -> Result<bool> {
+    fn set_clock(&mut self, index: u32) -> Result<bool> {
         let Some(clock) = self.running_clock() else {
             return Ok(false);
         };
-        let time = clock.time(number);
+        let time = clock.time(index);
         self.renderer.set_moment(time, self.camera.as_ref())?;
         Ok(true)
     }
@@ -316,7 +316,7 @@ impl Session {
         };
         let samples = samples.min(most);
         let start = Instant::now();
-        let mut watch = |share: f64| watch(share * f64::from(samples));
+        let mut watch = |fraction: f64| watch(fraction * f64::from(samples));
         let added = self
             .renderer
             .add_samples_watched(first, samples, &mut watch);

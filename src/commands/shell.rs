@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// The command-line arguments of `headwater completions`.
 #[derive(clap::Args)]
 pub struct CompletionsArgs {
-    /// The shell
+    /// The shell for which the script is printed
     shell: Shell,
 }
 
@@ -26,7 +26,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<()> {
 /// The command-line arguments of `headwater man`.
 #[derive(clap::Args)]
 pub struct ManArgs {
-    /// The folder, which exists
+    /// The folder for the manual pages; it must exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }

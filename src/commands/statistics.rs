@@ -26,10 +26,10 @@ pub struct Args {
     /// The tracer; auto compiles for each tracer that the device has
     #[arg(long, value_enum, default_value_t)]
     tracer: TracerArg,
-    /// The device, by name, part of a name, or index
+    /// The Vulkan device, by its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
-    /// Print one JSON object, with every pipeline
+    /// Print one JSON object, which has every pipeline
     #[arg(long)]
     json: bool,
     /// Write every pipeline; entries of the file for other devices and drivers stay

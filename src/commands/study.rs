@@ -33,12 +33,12 @@ use std::path::PathBuf;
 /// The command-line arguments of `headwater study`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Scenes instead of the plan's
+    /// Scenes to study, instead of the scenes of the plan
     scenes: Vec<String>,
     /// The folder for results, references and finished runs; a study continues with the runs in it
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// The plan: one that comes with the program, or a file
+    /// The plan: the name of one that comes with the program, or a TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
     /// Options that permit missing or outside files while a scene is loaded
@@ -47,16 +47,16 @@ pub struct Args {
     /// Light from all around, for all scenes: a file, .exr or .hdr, or a sky such as sky:sun=40
     #[arg(long, value_name = "FILE|sky:…")]
     environment: Option<String>,
-    /// Maximum number of scattering events, instead of the plan's
+    /// Maximum number of scattering events of a path, instead of the plan's value
     #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
     /// Use a fourth of the seeds and of the references' samples: a first look, no proof
     #[arg(long)]
     quick: bool,
-    /// The device, by name or index
+    /// The Vulkan device, by its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
-    /// Tracer of rays
+    /// The method that traces rays
     #[arg(long, value_enum, default_value_t = TracerArg::Auto)]
     tracer: TracerArg,
 }
@@ -123,8 +123,8 @@ pub fn run(args: &Args) -> Result<()> {
         Some(_) => interrupt.check(&kept(&folder)),
     };
     let progress = Progress::of_whole("the study");
-    let mut watch = |share: f64| {
-        progress.at(share);
+    let mut watch = |fraction: f64| {
+        progress.at(fraction);
         check()
     };
     let own = |planned: &PlannedScene| -> Vec<&Resolved> {

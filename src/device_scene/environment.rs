@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 /// The fraction of the probability that is uniform over the sphere. It gives dark texels a probability that 32 random bits
 /// can select, so that light samples miss no part of the environment.
-const UNIFORM_SHARE: f64 = 0.02;
+const UNIFORM_FRACTION: f64 = 0.02;
 
 /// The data of the environment on the device; all arrays are empty and sizes 0 for a scene without an environment.
 #[derive(Clone, Debug, Default)]
@@ -37,13 +37,13 @@ impl EnvironmentTexels {
         let weights: Vec<f64> = (0..means.len())
             .map(|index| {
                 let uniform = environment.solid_angle(row(index)) / (2.0 * TAU);
-                let share = if total > 0.0 { UNIFORM_SHARE } else { 1.0 };
+                let fraction = if total > 0.0 { UNIFORM_FRACTION } else { 1.0 };
                 let own = if total > 0.0 {
                     light(index) / total
                 } else {
                     0.0
                 };
-                (1.0 - share) * own + share * uniform
+                (1.0 - fraction) * own + fraction * uniform
             })
             .collect();
         let table = AliasTable::new(&weights, 0.0);

@@ -183,11 +183,11 @@ impl Geometry {
             // The rank counts emissive triangles in the mesh's own order, which no tracer changes:
             // so a light keeps its index, and random numbers select the same light with both.
             let mut of_triangle = vec![UVec3::new(0, NONE, 0); corners.len()];
-            for (number, part) in mesh.parts.iter().enumerate() {
+            for (index, part) in mesh.parts.iter().enumerate() {
                 for triangle in part.range() {
                     let entry = &mut of_triangle[triangle as usize];
                     entry.x = part.material;
-                    entry.z = part_ids.get(number).copied().unwrap_or(0);
+                    entry.z = part_ids.get(index).copied().unwrap_or(0);
                     if emitters.emits(mesh, part, triangle) {
                         entry.y = offsets.lights;
                         offsets.lights += 1;

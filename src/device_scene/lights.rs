@@ -5,7 +5,7 @@
 use super::rare_lights::RareLights;
 use super::units::Units;
 use crate::scene::lights::{
-    self, AliasTable, EmitterTriangle, LightPowers, LightTriangle, UNIFORM_SHARE,
+    self, AliasTable, EmitterTriangle, LightPowers, LightTriangle, UNIFORM_FRACTION,
 };
 use crate::scene::{AlphaMode, Environment, Material, PunctualLight, PunctualShape, Scene};
 use crate::shader_interface::{
@@ -63,7 +63,7 @@ impl Lights {
     }
 
     /// The probability with which [`Lights::choices`] selects a directional light or the environment, in [0, 1].
-    pub fn distant_share(&self) -> f32 {
+    pub fn distant_fraction(&self) -> f32 {
         let distant = (0..self.choices.len()).filter(|index| self.is_distant(*index));
         distant.map(|index| self.choices[index].probability).sum()
     }
@@ -156,12 +156,12 @@ impl LightSources {
                 ..gpu_light(light, &materials[light.material as usize], units)
             })
             .collect();
-        let choices = choices(&powers, UNIFORM_SHARE);
+        let choices = choices(&powers, UNIFORM_FRACTION);
         let (mut common_choices, mut rare_choices) = (Vec::new(), Vec::new());
         let mut is_rare = Vec::new();
         if let Some(rare) = &self.rare {
             is_rare = rare.is_rare.clone();
-            common_choices = self::choices(&rare.common_weights(&powers), UNIFORM_SHARE);
+            common_choices = self::choices(&rare.common_weights(&powers), UNIFORM_FRACTION);
             rare_choices = self::choices(&rare.rare_weights(&powers), 0.0);
         }
         for power in &mut powers {
@@ -205,8 +205,8 @@ fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
 
 /// Makes the alias table that selects lights in proportion to their powers, mixed with a fraction `uniform_share` of a
 /// uniform choice among the lights that have power.
-fn choices(powers: &[f64], uniform_share: f64) -> Vec<GpuLightChoice> {
-    let table = AliasTable::new(powers, uniform_share);
+fn choices(powers: &[f64], uniform_fraction: f64) -> Vec<GpuLightChoice> {
+    let table = AliasTable::new(powers, uniform_fraction);
     let columns = table.columns.iter().zip(&table.probabilities);
     columns
         .map(|(column, probability)| GpuLightChoice {
@@ -334,8 +334,8 @@ mod tests {
                 ..PunctualLight::point(1.0)
             };
             let spot = gpu_punctual(&light, &units);
-            let share = spot.angle_offset.clamp(0.0, 1.0).powi(2);
-            assert!(share > 0.999, "{degrees}: {share}");
+            let fraction = spot.angle_offset.clamp(0.0, 1.0).powi(2);
+            assert!(fraction > 0.999, "{degrees}: {fraction}");
         }
     }
 

@@ -9,7 +9,7 @@ use std::hash::Hash;
 
 /// The maximum fraction of the total power that all rare emitters have together. Draws by power select emitters below it so
 /// seldom that a brighter emitter nearly always replaces them in a reservoir.
-const SHARE: f64 = 1.0 / 96.0;
+const FRACTION: f64 = 1.0 / 96.0;
 
 /// The maximum power of a rare emitter, as a fraction of the emitters' mean power. Among similar emitters, none is rare.
 const PART: f64 = 1.0 / 8.0;
@@ -34,14 +34,14 @@ impl RareLights {
         powers: &[f64],
         names: impl Iterator<Item = Name>,
     ) -> Option<Self> {
-        let mut numbers = HashMap::new();
+        let mut indices = HashMap::new();
         let emitters: Vec<usize> = names
             .map(|name| {
-                let next = numbers.len();
-                *numbers.entry(name).or_insert(next)
+                let next = indices.len();
+                *indices.entry(name).or_insert(next)
             })
             .collect();
-        let of_emitters = sums(powers, &emitters, numbers.len());
+        let of_emitters = sums(powers, &emitters, indices.len());
         let mut lit: Vec<f64> = of_emitters.iter().copied().filter(|p| *p > 0.0).collect();
         lit.sort_by(f64::total_cmp);
         let total: f64 = lit.iter().sum();
@@ -51,7 +51,7 @@ impl RareLights {
         let common = SAME
             * lit.into_iter().find(|power| {
                 sum += power;
-                sum >= SHARE * total || *power >= dim
+                sum >= FRACTION * total || *power >= dim
             })?;
         let is_rare = emitters
             .iter()
@@ -73,12 +73,12 @@ impl RareLights {
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
-        let shares = weights.iter().zip(&self.emitters);
-        let shares = shares.map(|(weight, emitter)| {
+        let fractions = weights.iter().zip(&self.emitters);
+        let fractions = fractions.map(|(weight, emitter)| {
             let emitter = of_emitters[*emitter];
             if emitter > 0.0 { weight / emitter } else { 0.0 }
         });
-        shares.collect()
+        fractions.collect()
     }
 
     /// The powers of the lights that are rare (`rare` is true) or that are not rare, and 0 for the other lights. If none of

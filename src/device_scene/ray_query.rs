@@ -36,7 +36,7 @@ impl RayQueryScene {
         let meshes = meshes
             .iter()
             .enumerate()
-            .map(|(number, offsets)| {
+            .map(|(index, offsets)| {
                 if offsets.triangle_count == 0 {
                     return Ok(None);
                 }
@@ -46,7 +46,7 @@ impl RayQueryScene {
                     triangle_count: offsets.triangle_count,
                     opaque: offsets.opaque,
                 };
-                AccelerationStructure::bottom(device, &format!("mesh {number}"), mesh).map(Some)
+                AccelerationStructure::bottom(device, &format!("mesh {index}"), mesh).map(Some)
             })
             .collect::<Result<Vec<_>>>()?;
         let mut scene = Self {

@@ -109,10 +109,10 @@ impl Commands {
         }
     }
 
-    /// Marks the submission as the end of the frame with index `number`, which `picture` shows. Capture tools find frames by
+    /// Marks the submission as the end of the frame with index `index`, which `picture` shows. Capture tools find frames by
     /// this mark; it has no effect on a device without `VK_EXT_frame_boundary`.
-    pub(super) fn ends_frame(&mut self, number: u32, picture: vk::Image) {
-        self.frame_end = Some((number, picture));
+    pub(super) fn ends_frame(&mut self, index: u32, picture: vk::Image) {
+        self.frame_end = Some((index, picture));
     }
 
     fn timestamp(&self, query: u32) {

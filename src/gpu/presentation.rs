@@ -140,12 +140,12 @@ impl Presentation {
         self.begins_with_blue
     }
 
-    /// Presents `pixels` as the end of the frame with index `number`: one 32-bit word per pixel, row by row from the top.
+    /// Presents `pixels` as the end of the frame with index `frame`: one 32-bit word per pixel, row by row from the top.
     /// Waits for the copy of the pixels, not for their presentation.
     ///
     /// # Errors
     /// `pixels` has fewer pixels than a picture, or the device or the swapchain fails.
-    pub fn present(&self, number: u32, pixels: &Buffer) -> Result<()> {
+    pub fn present(&self, frame: u32, pixels: &Buffer) -> Result<()> {
         let Some(presenting) = &self.device.presentation else {
             return Err(Error::failed("the device was opened without presentation"));
         };
@@ -186,7 +186,7 @@ impl Presentation {
         commands.copy_rows(pixels, image, &rows);
         commands.change_layout(image, [UPLOAD, ImageLayout::PRESENT_SRC_KHR]);
         commands.end();
-        commands.ends_frame(number, image);
+        commands.ends_frame(frame, image);
         commands.finish()?;
         let (swapchains, indices) = ([self.swapchain], [index]);
         let info = vk::PresentInfoKHR::default()

@@ -233,7 +233,7 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
 /// Probability that, in a random order of `n` and `m` values, the two empirical distribution functions differ by at least
 /// `distance`/(`n` `m`) at any point.
 fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
-    // The share of orders of the first i and j values that stay below the distance. The last value
+    // The fraction of orders of the first i and j values that stay below the distance. The last value
     // is one of the i with probability i/(i + j).
     let mut stayed = vec![0.0; m + 1];
     for i in 0..=n {

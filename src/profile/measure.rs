@@ -23,7 +23,7 @@ pub struct Plan {
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
     /// Index of the frame, counted from 0 at the first frame of the warm-up.
-    pub number: u32,
+    pub index: u32,
     /// Time on the host from the start of the first frame to the start of this one, in milliseconds.
     pub start: f64,
     /// Time on the host from the start of this frame to the start of the next one, in milliseconds.
@@ -59,23 +59,23 @@ pub fn measure(
         }
         Ok(())
     };
-    for number in 0..plan.warm_up + plan.frames {
+    for index in 0..plan.warm_up + plan.frames {
         let start = milliseconds(began);
         let frame_began = Instant::now();
-        prepare(renderer, number)?;
+        prepare(renderer, index)?;
         let before = device.records.submitted_time();
-        let label = device.label(&format!("frame {number}"));
+        let label = device.label(&format!("frame {index}"));
         let mut frame = Frame {
-            number,
+            index,
             start,
             ..Frame::default()
         };
         if plan.in_flight == 1 {
-            frame.passes = renderer.single_frame(number)?;
+            frame.passes = renderer.single_frame(index)?;
             frame.submitted = (device.records.submitted_time() - before).as_secs_f64() * 1e3;
         } else {
             // Path tracing waits, and has its times at once.
-            frame.passes = renderer.submit_frame(number)?.unwrap_or_default();
+            frame.passes = renderer.submit_frame(index)?.unwrap_or_default();
         }
         drop(label);
         frames.push(frame);

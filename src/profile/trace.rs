@@ -27,7 +27,7 @@ pub fn trace(frames: &[Frame]) -> Value {
         }));
     };
     for frame in frames {
-        let name = format!("frame {}", frame.number);
+        let name = format!("frame {}", frame.index);
         slice(HOST, &name, frame.start, frame.host, json!({}));
         let ends = frame
             .passes

@@ -55,17 +55,17 @@ pub struct Counts {
 
 impl Counts {
     /// The fraction of lanes in use where rays are traced, in [0, 1]; `None` if no ray was traced.
-    pub fn tracing_share(&self) -> Option<f64> {
-        share(self.trace_lanes)
+    pub fn tracing_fraction(&self) -> Option<f64> {
+        fraction(self.trace_lanes)
     }
 
     /// The fraction of lanes in use where merges evaluate target functions, in [0, 1]; `None` if there was no merge.
-    pub fn merging_share(&self) -> Option<f64> {
-        share(self.merge_lanes)
+    pub fn merging_fraction(&self) -> Option<f64> {
+        fraction(self.merge_lanes)
     }
 }
 
-fn share([busy, all]: [u64; 2]) -> Option<f64> {
+fn fraction([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 

@@ -9,7 +9,7 @@ use std::collections::{BTreeSet, HashMap};
 
 /// The fraction of the probability of selecting lights that is equal for all lights with power; the rest is in proportion to
 /// their power. It keeps the probability of even the dimmest of these lights above the resolution of 32 random bits.
-pub const UNIFORM_SHARE: f64 = 0.1;
+pub const UNIFORM_FRACTION: f64 = 0.1;
 
 /// An emissive triangle in world space, with the transform that its instance has at one time.
 #[derive(Clone, Copy, Debug)]
@@ -248,7 +248,7 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
 }
 
 /// The power of a triangle divided by π, in squared scene units × radiance: area × luminance, doubled if both sides emit.
-/// Lights are selected in proportion to it, apart from [`UNIFORM_SHARE`].
+/// Lights are selected in proportion to it, apart from [`UNIFORM_FRACTION`].
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
     sides * light.area * luminance(material.emission * light.emission_mean)
@@ -338,21 +338,21 @@ pub struct AliasTable {
 impl AliasTable {
     /// A table for finite weights ≥ 0. The fraction `uniform_share` of the probability is equal for all entries with a
     /// weight above 0. If all weights are 0, all entries are equally likely.
-    pub fn new(weights: &[f64], uniform_share: f64) -> Self {
+    pub fn new(weights: &[f64], uniform_fraction: f64) -> Self {
         let count = weights.len();
         let total: f64 = weights.iter().sum();
         let is_used = |weight: &f64| *weight > 0.0 || total == 0.0;
-        // Entries without a weight get no share: lights without power would waste candidates.
+        // Entries without a weight get no part: lights without power would waste candidates.
         let used = weights.iter().filter(|weight| is_used(weight)).count();
-        let share = if total > 0.0 { uniform_share } else { 1.0 };
-        let uniform = share * (count as f64 / used as f64);
+        let fraction = if total > 0.0 { uniform_fraction } else { 1.0 };
+        let uniform = fraction * (count as f64 / used as f64);
         // The mean height is 1: columns below it are filled up from columns above it.
         let mut heights: Vec<f64> = weights
             .iter()
             .map(|w| {
                 let own = if total > 0.0 { w / total } else { 0.0 };
                 let uniform = if is_used(w) { uniform } else { 0.0 };
-                (1.0 - share) * own * count as f64 + uniform
+                (1.0 - fraction) * own * count as f64 + uniform
             })
             .collect();
         let mut columns: Vec<AliasColumn> = (0..count as u32)
@@ -395,14 +395,14 @@ mod tests {
     #[test]
     fn the_table_gives_each_entry_its_weight_and_sums_to_one() {
         let weights = [0.0, 1.0, 2.0, 5.0, 1e-30, 100.0, 3.0];
-        let table = AliasTable::new(&weights, UNIFORM_SHARE);
+        let table = AliasTable::new(&weights, UNIFORM_FRACTION);
         let total: f64 = weights.iter().sum();
         assert!((table.probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         for (weight, got) in weights.iter().zip(&table.probabilities) {
-            // The uniform share is that of the six that have a weight.
+            // The uniform fraction is that of the six that have a weight.
             let wanted = match *weight {
                 0.0 => 0.0,
-                weight => (1.0 - UNIFORM_SHARE) * weight / total + UNIFORM_SHARE / 6.0,
+                weight => (1.0 - UNIFORM_FRACTION) * weight / total + UNIFORM_FRACTION / 6.0,
             };
             assert!((got - wanted).abs() < 1e-9, "{weight}: {got} {wanted}");
         }
@@ -410,12 +410,12 @@ mod tests {
 
     #[test]
     fn weights_that_are_all_zero_are_picked_evenly() {
-        let table = AliasTable::new(&[0.0; 5], UNIFORM_SHARE);
+        let table = AliasTable::new(&[0.0; 5], UNIFORM_FRACTION);
         assert!(table.probabilities.iter().all(|p| (p - 0.2).abs() < 1e-9));
     }
 
     #[test]
     fn an_empty_table_is_empty() {
-        assert!(AliasTable::new(&[], UNIFORM_SHARE).columns.is_empty());
+        assert!(AliasTable::new(&[], UNIFORM_FRACTION).columns.is_empty());
     }
 }

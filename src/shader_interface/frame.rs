@@ -75,7 +75,7 @@ crate::gpu_struct! {
         pub near_samples: u32,
         /// Fraction, in [0, 1], of the light samples that are drawn from the light BVH: `near_samples` / `light_samples`.
         /// For a single light sample, it is the probability that this sample is drawn from the light BVH.
-        pub near_share: f32,
+        pub near_fraction: f32,
         /// Maximum confidence of history in a merge, in initial reservoirs; a higher cap means less noise, but older errors.
         pub temporal_confidence_cap: f32,
         /// Maximum confidence of a neighbour in a merge, in initial reservoirs.

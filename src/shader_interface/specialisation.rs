@@ -87,7 +87,7 @@ crate::gpu_specialisation! {
         pub world_reservoirs: WorldReservoirs = WorldReservoirs::None,
         /// True if the pass stores candidates of indirect light in reservoirs for reuse; false if it adds their light to the
         /// picture at once, as a path tracer does.
-        pub shares: bool = true,
+        pub uses_reservoirs: bool = true,
         /// True if the radiance that leaves a path's second vertex is assumed to be equal for all viewers, which is cheaper
         /// but biased.
         pub biased_shift: bool = false,

@@ -250,15 +250,15 @@ impl Confirmation {
         let own = Estimate::of(&own);
         let blocks = reference.block_estimates();
         // The reference's error is in the pattern and in what the fresh runs are held against: they
-        // would seem to agree by each block's share of it.
+        // would seem to agree by each block's fraction of it.
         let (mut shared, mut error) = (0.0, 0.0);
         for ((block, difference), weight) in blocks.iter().zip(&differences).zip(&pattern) {
             let Some(difference) = difference else {
                 continue;
             };
-            let share = (block.standard_error / difference.standard_error).powi(2);
-            shared += share;
-            error += (block.standard_error * weight).powi(2) + 2.0 * share * share;
+            let fraction = (block.standard_error / difference.standard_error).powi(2);
+            shared += fraction;
+            error += (block.standard_error * weight).powi(2) + 2.0 * fraction * fraction;
         }
         let truth = Estimate {
             mean: project(&mut blocks.iter().map(|b| b.mean)) + shared,

@@ -60,7 +60,7 @@ impl Forecast {
 
     /// The fraction of the study that is done, in [0, 1]: the time that its steps took, divided by that time and the
     /// estimated time of the steps to come. It is 0 before the first step.
-    pub fn share(&self) -> f64 {
+    pub fn fraction(&self) -> f64 {
         let passed: f64 = self.stages.values().map(|stage| stage.seconds).sum();
         let left: f64 = (self.stages.iter())
             .filter(|(_, stage)| stage.to_come > 0)
@@ -103,23 +103,23 @@ mod tests {
     const SECOND: Duration = Duration::from_secs(1);
 
     #[test]
-    fn the_share_is_one_of_time_over_all_scenes() {
+    fn the_fraction_is_one_of_time_over_all_scenes() {
         let mut forecast = Forecast::default();
         for scene in ["a", "b"] {
             forecast.expect(scene, Effort::References, 100);
             forecast.expect(scene, Effort::Runs, 10);
         }
-        assert_eq!(forecast.share(), 0.0);
+        assert_eq!(forecast.fraction(), 0.0);
         forecast.done("a", Effort::References, 100, SECOND);
         // Nothing is known of runs: one is taken to be like a sample. 1 s of 1 + 1 + 0.1 + 0.1.
-        assert!((forecast.share() - 1.0 / 2.2).abs() < 1e-12);
+        assert!((forecast.fraction() - 1.0 / 2.2).abs() < 1e-12);
         forecast.done("a", Effort::Runs, 10, 9 * SECOND);
         // Scene b is taken to be like a.
-        assert!((forecast.share() - 0.5).abs() < 1e-12);
+        assert!((forecast.fraction() - 0.5).abs() < 1e-12);
         forecast.done("b", Effort::References, 100, 4 * SECOND);
-        assert!((forecast.share() - 14.0 / 23.0).abs() < 1e-12);
+        assert!((forecast.fraction() - 14.0 / 23.0).abs() < 1e-12);
         forecast.close("b");
-        assert_eq!(forecast.share(), 1.0);
+        assert_eq!(forecast.fraction(), 1.0);
     }
 
     #[test]
@@ -128,11 +128,11 @@ mod tests {
         forecast.expect("a", Effort::Runs, 10);
         forecast.done("a", Effort::Runs, 10, SECOND);
         forecast.expect_at_least("a", Effort::Runs, 30);
-        assert_eq!(forecast.share(), 0.25);
+        assert_eq!(forecast.fraction(), 0.25);
         forecast.expect_at_least("a", Effort::Runs, 3);
-        assert_eq!(forecast.share(), 0.25);
+        assert_eq!(forecast.fraction(), 0.25);
         // More steps than were expected are no debt.
         forecast.done("a", Effort::Runs, 40, SECOND);
-        assert_eq!(forecast.share(), 1.0);
+        assert_eq!(forecast.fraction(), 1.0);
     }
 }

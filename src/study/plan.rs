@@ -289,7 +289,7 @@ impl Plan {
         for (index, (sweep, product)) in self.sweeps.iter().zip(products).enumerate() {
             let path = [Step::Key("sweeps"), Step::Index(index)];
             let scenes: Arc<[String]> = sweep.scenes.clone().into();
-            for choice in (0..product.count).map(|number| product.choice(number)) {
+            for choice in (0..product.count).map(|index| product.choice(index)) {
                 let values = choice
                     .values()
                     .map(|v| v.as_str().map_or(v.to_string(), str::to_owned));

@@ -31,13 +31,13 @@ impl<'a> Product<'a> {
         Ok(product)
     }
 
-    /// The combination with index `number`, which must be below `count`: one value for each key. The values of the last key
+    /// The combination with index `index`, which must be below `count`: one value for each key. The values of the last key
     /// change fastest.
-    pub fn choice(&self, mut number: usize) -> Map<String, Value> {
+    pub fn choice(&self, mut index: usize) -> Map<String, Value> {
         let mut choice = Vec::new();
         for (key, values) in self.lists.iter().rev() {
-            choice.push(((*key).clone(), values[number % values.len()].clone()));
-            number /= values.len();
+            choice.push(((*key).clone(), values[index % values.len()].clone()));
+            index /= values.len();
         }
         choice.into_iter().rev().collect()
     }

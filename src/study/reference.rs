@@ -102,8 +102,8 @@ impl Reference {
             let mut renderer = shot.renderer(view.bounces)?;
             for first in (0..samples).step_by(AT_ONCE as usize) {
                 let count = AT_ONCE.min(samples - first);
-                let mut watch = |share: f64| {
-                    watch((f64::from(first) + share * f64::from(count)) / f64::from(samples))
+                let mut watch = |fraction: f64| {
+                    watch((f64::from(first) + fraction * f64::from(count)) / f64::from(samples))
                 };
                 renderer.add_samples_watched(first, count, &mut watch)?;
                 watch(1.0)?;

@@ -88,12 +88,12 @@ fn costs(rows: &[Row]) -> String {
                 return part;
             };
             let _ = write!(part, ", {} rays", counts.rays);
-            for (what, share) in [
-                ("tracing", counts.tracing_share()),
-                ("merging", counts.merging_share()),
+            for (what, fraction) in [
+                ("tracing", counts.tracing_fraction()),
+                ("merging", counts.merging_fraction()),
             ] {
-                if let Some(share) = share {
-                    let _ = write!(part, ", {:.0} % of lanes {what}", 100.0 * share);
+                if let Some(fraction) = fraction {
+                    let _ = write!(part, ", {:.0} % of lanes {what}", 100.0 * fraction);
                 }
             }
             if counts.neighbours > 0 {

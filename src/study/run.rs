@@ -107,17 +107,17 @@ pub fn measure(
     let mut before: Option<Vec<[f32; 3]>> = None;
     let mut times: Vec<Milliseconds> = Vec::new();
     let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();
-    for number in 0..configuration.frames {
-        renderer.set_moment(configuration.clock.time(number), camera)?;
-        let reference = references.of(number);
+    for index in 0..configuration.frames {
+        renderer.set_moment(configuration.clock.time(index), camera)?;
+        let reference = references.of(index);
         let (passes, picture): (_, Vec<[f32; 3]>) = if configuration.accumulate {
-            let passes = renderer.add_samples(number, 1)?;
-            let mean = renderer.sums()?.mean(number + 1);
+            let passes = renderer.add_samples(index, 1)?;
+            let mean = renderer.sums()?.mean(index + 1);
             let mean = mean.iter().map(|p| p.as_vec3().to_array()).collect();
             (passes, mean)
         } else {
             (
-                PassTime::by_name(renderer.single_frame(number)?),
+                PassTime::by_name(renderer.single_frame(index)?),
                 renderer.frame_radiance()?,
             )
         };
@@ -139,7 +139,7 @@ pub fn measure(
         run.relmse.push(errors.relmse);
         run.median.push(reference.median_ratio(&picture));
         let last = before.as_deref().map(|before| {
-            let before = [before, &references.of(number - 1).mean];
+            let before = [before, &references.of(index - 1).mean];
             error_correlation(before, [&picture, &reference.mean])
         });
         run.correlation.push(last.unwrap_or(0.0));

@@ -199,7 +199,7 @@ impl<'a> Work<'a> {
     fn step(&mut self, effort: Effort, frames: u32, start: Instant) -> Result<()> {
         let (name, frames) = (&self.subject.name, u64::from(frames));
         self.forecast.done(name, effort, frames, start.elapsed());
-        (self.watch)(self.forecast.share())
+        (self.watch)(self.forecast.fraction())
     }
 
     /// Renders those runs of the configurations with the given seeds that the store does not hold. The configurations take
@@ -246,17 +246,17 @@ impl<'a> Work<'a> {
         } = self;
         let name = subject.name.clone();
         let (mut heard, mut before) = (Instant::now(), 0.0);
-        let references = subject.references(configuration, *reference_spp, &mut |share| {
+        let references = subject.references(configuration, *reference_spp, &mut |fraction| {
             // A reference for each frame begins again at 0.
-            let more = if share > before {
-                share - before
+            let more = if fraction > before {
+                fraction - before
             } else {
-                share
+                fraction
             };
             let samples = (more * f64::from(*reference_spp)).round() as u64;
             forecast.done(&name, Effort::References, samples, heard.elapsed());
-            (heard, before) = (Instant::now(), share);
-            watch(forecast.share())
+            (heard, before) = (Instant::now(), fraction);
+            watch(forecast.fraction())
         })?;
         forecast.expect(&name, Effort::References, 0);
         Ok(references)

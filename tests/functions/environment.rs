@@ -173,7 +173,7 @@ fn points_are_drawn_by_their_density() {
     }
     let drawn = (0..observed.len()).filter(|i| observed[*i] > 0);
     let drawn: Vec<usize> = drawn.collect();
-    // The uniform share alone would draw each of them dozens of times.
+    // The uniform fraction alone would draw each of them dozens of times.
     assert!(drawn.len() as u32 > WIDTH * (HEIGHT - 1));
     let sum: f64 = probability.iter().sum();
     assert!((sum - 1.0).abs() < 1e-3, "{sum}");
@@ -185,7 +185,7 @@ fn points_are_drawn_by_their_density() {
     assert!(p > 1e-4, "{p}");
     let p = chi_square_p_value(&quarters, &[f64::from(COUNT) / 4.0; 4]);
     assert!(p > 1e-4, "{quarters:?}");
-    // ∫ dω, of which the uniform share bounds each term by 4π/0.02.
+    // ∫ dω, of which the uniform fraction bounds each term by 4π/0.02.
     let sphere = inverse / f64::from(COUNT) / (2.0 * TAU);
     assert!(
         (sphere - 1.0).abs() < 5.0 * 7.0 / f64::from(COUNT).sqrt(),

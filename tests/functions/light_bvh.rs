@@ -285,7 +285,7 @@ fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
     }
     .words();
     let mut p_values = Vec::new();
-    for (light_samples, near_samples, near_share) in [(1, 1, 0.6), (8, 5, 0.625)] {
+    for (light_samples, near_samples, near_fraction) in [(1, 1, 0.6), (8, 5, 0.625)] {
         let body = format!(
             "{CONTEXT}
             if (b.z == 0u) {{
@@ -302,7 +302,7 @@ fn the_mixture_of_near_lights_and_all_is_drawn_by_its_density() {
         function.restir.reuse = ReuseConstants {
             light_samples,
             near_samples,
-            near_share,
+            near_fraction,
             ..ReuseConstants::default()
         };
         function.constants = &constants;

@@ -50,7 +50,7 @@ fn lights_are_picked_as_often_as_their_probability_says() {
         .collect();
     let p = chi_square_p_value(&observed, &expected);
     assert!(p > 1e-4, "{p}");
-    // The uniform share bounds 1/(p N) by ten, and so this mean's deviation.
+    // The uniform fraction bounds 1/(p N) by ten, and so this mean's deviation.
     let mean = inverse / f64::from(COUNT);
     assert!(
         (mean - 1.0).abs() < 5.0 * 3.0 / f64::from(COUNT).sqrt(),
@@ -135,7 +135,7 @@ fn candidate_sources_draw_by_their_density() {
             .collect();
         let p = chi_square_p_value(&observed, &expected);
         assert!(p > 1e-4, "{p}");
-        // 1/(p N) is at most ten, by the uniform share of the selection by power.
+        // 1/(p N) is at most ten, by the uniform fraction of the selection by power.
         let mean = inverse / f64::from(COUNT);
         let limit = 5.0 * 3.0 / f64::from(COUNT).sqrt();
         assert!((mean - 1.0).abs() < limit, "{mean}");
@@ -145,7 +145,7 @@ fn candidate_sources_draw_by_their_density() {
 /// At the random words on the border between two lights, a rounding error would select the wrong light, and change
 /// probabilities by one part in a thousand where there are ten million lights.
 #[test]
-fn every_light_gets_its_exact_share_of_the_random_words() {
+fn every_light_gets_its_exact_fraction_of_the_random_words() {
     const COUNT: u64 = 1_000_003;
     let choice = |index: u64| GpuLightChoice {
         keep_below: (index as u32).wrapping_mul(0x9E37_79B9),

@@ -182,20 +182,20 @@ fn rare_candidates_are_selected_as_rarely_as_their_weight_says() {
             }",
         ..Function::default()
     };
-    for share in [2e-9_f32, 1e-6, 1e-3] {
+    for fraction in [2e-9_f32, 1e-6, 1e-3] {
         let inputs: Vec<[u32; 8]> = (0..INPUTS)
-            .map(|i| [i, DRAWS, 0, 0, share.to_bits(), 0, 0, 0])
+            .map(|i| [i, DRAWS, 0, 0, fraction.to_bits(), 0, 0, 0])
             .collect();
         let selected: u32 = function.run(&inputs).iter().map(|words| words[0]).sum();
-        let expected = f64::from(share) * f64::from(INPUTS) * f64::from(DRAWS);
-        println!("{share}: {selected} of {expected:.1}");
-        // The 1e-6 quantiles of the normal distribution, and room for the few of the first share.
+        let expected = f64::from(fraction) * f64::from(INPUTS) * f64::from(DRAWS);
+        println!("{fraction}: {selected} of {expected:.1}");
+        // The 1e-6 quantiles of the normal distribution, and room for the few of the first fraction.
         let most = expected + 4.9 * expected.sqrt() + 4.0;
         let least = expected - 4.9 * expected.sqrt();
         let seen = f64::from(selected);
         assert!(
             seen <= most && seen >= least,
-            "{share}: {selected} of {expected}"
+            "{fraction}: {selected} of {expected}"
         );
     }
 }

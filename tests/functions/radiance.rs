@@ -47,8 +47,8 @@ fn colours_are_kept_on_average() {
     assert!(off.abs() > 1e-3, "rounding to the nearest: {off}");
     for (colour, words) in colours().into_iter().zip(function.run(&inputs)) {
         for c in 0..3 {
-            let share = f64::from(colour[c]) / largest(colour);
-            let error = number(words[c]) - share;
+            let fraction = f64::from(colour[c]) / largest(colour);
+            let error = number(words[c]) - fraction;
             assert!(error.abs() < 1e-5, "{colour:?}: {error:e}");
         }
     }

@@ -409,14 +409,14 @@ fn confidence_alone_is_biased_where_supports_differ() {
         let mean = mean_weights(&techniques, &weigh(Mis::Constant, &techniques, None));
         for (y, mean) in mean.iter().enumerate() {
             let able = techniques.iter().filter(|t| draws(t, y));
-            let share = able.map(|t| t.confidence).sum::<f64>() / total;
+            let fraction = able.map(|t| t.confidence).sum::<f64>() / total;
             let needed = techniques[0].needs(y);
-            let expected = if needed { share } else { 0.0 };
+            let expected = if needed { fraction } else { 0.0 };
             assert!(
                 (mean - expected).abs() < 2e-6,
                 "{name}, {y}: {mean} for {expected}"
             );
-            biased += u32::from(needed && share < 0.9);
+            biased += u32::from(needed && fraction < 0.9);
         }
     }
     assert!(biased > 5, "{biased} samples differ");
@@ -453,7 +453,7 @@ fn on_identical_shading_points_the_weights_are_known() {
 fn merges_of_merges_are_unbiased() {
     let (_, first) = toys().swap_remove(4);
     for mis in UNBIASED {
-        // Whatever is chosen of a combination, by its share of the weights.
+        // Whatever is chosen of a combination, by its fraction of the weights.
         let mut outcomes = Vec::new();
         for w in weigh(mis, &first, None) {
             let sum: f64 = w.weights.iter().sum();
@@ -505,15 +505,15 @@ fn planted_faults_are_seen() {
             "a confidence that depends on the sample",
             (
                 "restir/merge.glsl",
-                "float share = confidence_of(i) / total;",
-                "float share = confidence_of(i) / total * (technique_at(i).contribution_weight > 10.0 ? 2.0 : 1.0);",
+                "float fraction = confidence_of(i) / total;",
+                "float fraction = confidence_of(i) / total * (technique_at(i).contribution_weight > 10.0 ? 2.0 : 1.0);",
             ),
         ),
         (
             "the canonical's pair term without its own target",
             (
                 "restir/algebra.glsl",
-                "share_of(canonical_share * terms.canonical, neighbour_share * target)",
+                "fraction_of(canonical_fraction * terms.canonical, neighbour_fraction * target)",
                 "0.5",
             ),
         ),

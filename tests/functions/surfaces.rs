@@ -242,10 +242,10 @@ impl Chart {
                 (DVec3::new(r * cos, r * sin, uv.x), TAU)
             }
             Self::Lobe { outgoing, alpha } => {
-                let share = uv.x * Self::INSIDE;
-                let slope = alpha * (share / (1.0 - share)).sqrt();
+                let fraction = uv.x * Self::INSIDE;
+                let slope = alpha * (fraction / (1.0 - fraction)).sqrt();
                 let half = DVec3::new(slope * cos, slope * sin, 1.0).normalize();
-                let area = TAU * 0.5 * alpha * alpha * Self::INSIDE / (1.0 - share).powi(2);
+                let area = TAU * 0.5 * alpha * alpha * Self::INSIDE / (1.0 - fraction).powi(2);
                 let along = outgoing.dot(half);
                 let direction = half * (2.0 * along) - *outgoing;
                 // Slopes to normals, and these to reflected directions.

@@ -543,7 +543,7 @@ mod thorough {
                 let toward = above - point;
                 let (distance, direction) = (toward.length(), toward.normalize());
                 let axis = slanted.normalize();
-                let (share, cosine) = match light.shape {
+                let (fraction, cosine) = match light.shape {
                     PunctualShape::Directional => (1.0, -axis.y),
                     PunctualShape::Point => (distance.powi(-2), direction.y),
                     PunctualShape::Spot { inner, outer } => {
@@ -555,7 +555,7 @@ mod thorough {
                 let within = light.range.map_or(1.0, |range| {
                     (1.0 - (distance / range).powi(4)).clamp(0.0, 1.0)
                 });
-                light.intensity.as_dvec3() * (share * within * cosine * ALBEDO / PI)
+                light.intensity.as_dvec3() * (fraction * within * cosine * ALBEDO / PI)
             };
             let mut scene = floor();
             scene.punctual_lights = vec![light.clone()];

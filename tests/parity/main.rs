@@ -335,9 +335,9 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
         );
         let triangle_of = leaf_order(scene, origin, tracer);
         let outcome = compare(&near, &oracle, &rays, &answers[0], triangle_of);
-        let share = outcome.excused as f64 / RAYS as f64;
+        let fraction = outcome.excused as f64 / RAYS as f64;
         println!(
-            "{name} {}: {} hits, {} differ at an edge ({share:.1e}), {} elsewhere",
+            "{name} {}: {} hits, {} differ at an edge ({fraction:.1e}), {} elsewhere",
             tracer.name(),
             outcome.hits,
             outcome.excused,
@@ -356,8 +356,8 @@ fn check(name: &str, scene: &Scene, origin: DVec3) {
             "{name}: too few hits to mean anything"
         );
         assert!(
-            share <= 1e-4,
-            "{name} {}: {share:e} of the rays differ",
+            fraction <= 1e-4,
+            "{name} {}: {fraction:e} of the rays differ",
             tracer.name()
         );
     }

@@ -57,7 +57,7 @@ vec2 texel_corner(uint texel) {
     return vec2(texel % width, texel / width);
 }
 
-// Selects a texel by its share of the light, from an alias table.
+// Selects a texel by its fraction of the light, from an alias table.
 uint draw_environment_texel(uvec2 bits) {
     uvec2 size = scene.at.environment_size;
     uint fraction;

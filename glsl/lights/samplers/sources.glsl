@@ -13,12 +13,12 @@ bool has_near_lights(LightSampleContext context) { return LIGHT_BVH && context.e
 // another hash of its bits than the one that draws a light and a uv on it.
 bool draws_near(LightSampleContext context, uint index, uvec4 bits) {
     return has_near_lights(context) && index < restir.at.reuse.near_samples
-        && (restir.at.reuse.light_samples > 1u || to_unit(pcg4d(bits.wzyx).x) < restir.at.reuse.near_share);
+        && (restir.at.reuse.light_samples > 1u || to_unit(pcg4d(bits.wzyx).x) < restir.at.reuse.near_fraction);
 }
 
 // The mean probability with which the context's light samples select a light, given those of the sources.
 float mean_probability(LightSampleContext context, float of_all, float of_near) {
-    return has_near_lights(context) ? mix(of_all, of_near, restir.at.reuse.near_share) : of_all;
+    return has_near_lights(context) ? mix(of_all, of_near, restir.at.reuse.near_fraction) : of_all;
 }
 
 // The probability of selecting the light of a point among all; 0 for rare lights, which reservoirs do not hold.

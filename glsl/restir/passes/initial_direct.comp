@@ -18,7 +18,7 @@ layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 const int PILOT_REACH = 2;
 // Additional candidates per unit of pilot brightness.
 const float MORE_FOR_BRIGHTNESS = 256.0;
-// The share of the additional candidates that narrow lobes get in any case.
+// The fraction of the additional candidates that narrow lobes get in any case.
 const float MORE_FOR_LOBE = 0.25;
 
 // A candidate among rare lights has a ray for certain if it would add this part of what other candidates found, or more.

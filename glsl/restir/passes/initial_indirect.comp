@@ -17,10 +17,10 @@ layout(scalar) buffer ColorBlock { vec3 at[]; } color;
 Stream stream;
 PathSample chosen;
 // Light that only this pixel can use.
-vec3 unshared;
+vec3 not_reusable;
 
 void add_candidate(Candidate found, float choice) {
-    if (!found.can_share || !SHARES) unshared += found.light;
+    if (!found.is_reusable || !USES_RESERVOIRS) not_reusable += found.light;
     else if (stream_add(stream, 0u, luminance(found.light), 1.0, choice)) chosen = found.value;
 }
 
@@ -39,7 +39,7 @@ void main() {
         Random random = pass_random(pixel, FIRST_STREAM + STREAM_INITIAL);
         stream = empty_stream();
         chosen = empty_path_sample();
-        unshared = vec3(0.0);
+        not_reusable = vec3(0.0);
 
         // First the paths that delta lobes reflect, then the path that begins with the pilot.
         uint paths_begun = 0u;
@@ -121,7 +121,7 @@ void main() {
         }
         // A driver may end a loop that seems endless to it; the pixel would then lack light.
         if (paths_begun <= 2u) count_fault(COUNTER_CUT_SHORT);
-        ADD_LIGHT(pixel, unshared)
+        ADD_LIGHT(pixel, not_reusable)
 
         if (stream.chosen != NONE) {
             place_vertex(chosen, CURRENT);
@@ -142,5 +142,5 @@ void main() {
             packed = pack_reservoir(reservoir);
         }
     }
-    if (SHARES) STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
+    if (USES_RESERVOIRS) STORE_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
 }

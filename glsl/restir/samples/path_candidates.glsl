@@ -28,7 +28,7 @@ struct Path {
     uint first_lobe;
     // Whether its samples can be shared: not with a delta lobe at one of the first two vertices, to which no reconnection
     // exists.
-    bool can_share;
+    bool is_reusable;
     // The second vertex, once it is known, and the direction in which the path continues from there.
     PathSample second;
 };
@@ -37,7 +37,7 @@ struct Path {
 struct Candidate {
     // Its contribution to the pixel if it were the only candidate.
     vec3 light;
-    bool can_share;
+    bool is_reusable;
     PathSample value;
 };
 
@@ -70,14 +70,14 @@ float vertex_pdf_own_measure(LightSampleContext context, LightPoint point, vec3 
 // The MIS weight of a vertex' light samples against the BSDF ray that leaves it, for a point that the ray would find with a
 // density of `bsdf_pdf` in the point's measure; `found_light` has that of the ray. It counts the vertex' own samples alone:
 // counting those of merged reservoirs as well gave more outliers.
-float light_sampling_share(LightSampleContext context, LightSample value, float bsdf_pdf) {
-    return share_of(vertex_pdf_own_measure(context, value.point, value.position), bsdf_pdf);
+float light_sampling_fraction(LightSampleContext context, LightSample value, float bsdf_pdf) {
+    return fraction_of(vertex_pdf_own_measure(context, value.point, value.position), bsdf_pdf);
 }
 
 // The candidate of a path that ends at a light: `directly` from its second vertex, or from a later vertex. `radiance` is
 // what arrives, or the light that the last vertex reflects.
 Candidate make_candidate(Path path, vec3 light, bool directly, LightPoint end, vec3 radiance) {
-    Candidate found = Candidate(light, path.can_share, path.second);
+    Candidate found = Candidate(light, path.is_reusable, path.second);
     found.value.kind = directly ? PATH_TO_LIGHT : PATH_ONWARD;
     found.value.end = end;
     found.value.radiance = path.suffix_throughput * radiance;
@@ -173,7 +173,7 @@ bool sample_light_at(Path path, ShadingPoint vertex, LightSampleContext context,
     vec3 radiance = arriving_radiance(point, vertex.position, vertex.back_off, direction, solid_angle);
     vec3 reflected = reflected_light(vertex, direction, radiance, pdf_solid_angle);
     vec3 light = path.throughput * reflected * (solid_angle * own.contribution_weight);
-    if (in_world && found_by_rays(vertex, point)) light *= light_sampling_share(context, point, pdf_solid_angle * solid_angle);
+    if (in_world && found_by_rays(vertex, point)) light *= light_sampling_fraction(context, point, pdf_solid_angle * solid_angle);
     // A merged reservoir counts as if the vertex always had one.
     if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;
     found = make_candidate(path, light, left_first(path), point.point, reflected);
@@ -188,7 +188,7 @@ bool scatter(inout Path path, ShadingPoint vertex, LightSampleContext context, v
     path.throughput *= onward.weight;
     if (left_first(path)) {
         path.second.direction = next.direction;
-        path.can_share = path.can_share && !onward.delta;
+        path.is_reusable = path.is_reusable && !onward.delta;
     } else {
         path.suffix_throughput *= onward.weight;
     }

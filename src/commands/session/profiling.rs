@@ -23,20 +23,20 @@ impl Session {
             &self.device,
             &mut self.renderer,
             plan,
-            &mut |renderer, number| {
+            &mut |renderer, index| {
                 watch()?;
                 clock.map_or(Ok(()), |clock| {
-                    renderer.set_moment(clock.time(number), camera)
+                    renderer.set_moment(clock.time(index), camera)
                 })
             },
         )
     }
 
-    /// The counts of each pass of frame `number`, such as its rays. A separate renderer with counting shaders renders frames
-    /// 0 to `number`. `watch` is called before each frame, and ends the work if it returns an error.
+    /// The counts of each pass of frame `index`, such as its rays. A separate renderer with counting shaders renders frames
+    /// 0 to `index`. `watch` is called before each frame, and ends the work if it returns an error.
     pub fn counts_of(
         &self,
-        number: u32,
+        index: u32,
         watch: &mut dyn FnMut() -> Result<()>,
     ) -> Result<Vec<Counts>> {
         let tracking = Tracking {
@@ -45,14 +45,14 @@ impl Session {
         };
         let (device, scene) = (&self.device, self.gpu_scene.clone());
         let mut renderer = Renderer::tracking(device, scene, &self.view, &self.settings, tracking)?;
-        for number in 0..=number {
+        for earlier in 0..=index {
             watch()?;
             if let Some(clock) = self.running_clock() {
-                renderer.set_moment(clock.time(number), self.camera.as_ref())?;
+                renderer.set_moment(clock.time(earlier), self.camera.as_ref())?;
             }
             // What was counted before the last frame is dropped.
             renderer.counts()?;
-            renderer.single_frame(number)?;
+            renderer.single_frame(earlier)?;
         }
         renderer.counts()
     }

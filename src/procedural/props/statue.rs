@@ -125,9 +125,9 @@ impl Sitter {
     fn posed(&self, p: Vec3) -> Vec3 {
         let pivot = vec3(0.0, -0.1, -0.025);
         let t = ((p.y + 0.22) / 0.16).clamp(0.0, 1.0);
-        let share = t * t * (3.0 - 2.0 * t);
-        let turn = Mat3::from_rotation_y(self.turn * share);
-        pivot + turn * Mat3::from_rotation_z(self.tilt * share) * (p - pivot)
+        let fraction = t * t * (3.0 - 2.0 * t);
+        let turn = Mat3::from_rotation_y(self.turn * fraction);
+        pivot + turn * Mat3::from_rotation_z(self.tilt * fraction) * (p - pivot)
     }
 }
 

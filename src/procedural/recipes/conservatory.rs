@@ -223,13 +223,13 @@ fn trellis(stage: &mut Stage, speed: f64) {
     let shape = Shape::quad(Vec3::new(-0.12, 0.0, 0.0), Vec3::X * 0.24, Vec3::Y * 0.6);
     let leaf = room.mesh(leaf, shape);
     room.lay(leaf, |p| Vec2::new(p.x / 0.24 + 0.5, 1.0 - p.y / 0.6));
-    for number in 0..7 {
-        let turn = 0.9 * f64::from(number);
+    for index in 0..7 {
+        let turn = 0.9 * f64::from(index);
         let transform = DAffine3::from_translation(DVec3::new(-0.75, 0.4, 0.45))
             * DAffine3::from_rotation_y(turn)
-            * DAffine3::from_rotation_x(0.25 + 0.1 * f64::from(number % 3))
+            * DAffine3::from_rotation_x(0.25 + 0.1 * f64::from(index % 3))
             // Every other one is mirrored.
-            * DAffine3::from_scale(DVec3::ONE.with_x(f64::from(1 - number % 2 * 2)));
+            * DAffine3::from_scale(DVec3::ONE.with_x(f64::from(1 - index % 2 * 2)));
         room.place("leaf", leaf, transform);
     }
 }

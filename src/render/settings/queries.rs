@@ -43,7 +43,7 @@ impl Settings {
 
     /// True if resampling stores candidates of this kind of light in reservoirs: always for direct light, and with
     /// `indirect.mode=restir` for indirect light.
-    pub fn shares(&self, lighting: Lighting) -> bool {
+    pub fn uses_reservoirs(&self, lighting: Lighting) -> bool {
         lighting == Lighting::Direct || self.indirect.mode == IndirectMode::Restir
     }
 
@@ -52,7 +52,7 @@ impl Settings {
     pub fn has_reservoirs(&self, lighting: Lighting, bounces: u32) -> bool {
         self.integrator == Integrator::Restir
             && self.renders(lighting, bounces)
-            && self.shares(lighting)
+            && self.uses_reservoirs(lighting)
     }
 
     /// True if resampling draws candidates of direct or of indirect light from the distribution `candidates`, for paths with

@@ -57,10 +57,10 @@ pub struct TableSize {
 }
 
 impl TableSize {
-    /// The size of a table for `vertices` vertices, with `share` slots per vertex; the total number of slots is rounded up
+    /// The size of a table for `vertices` vertices, with `fraction` slots per vertex; the total number of slots is rounded up
     /// to a power of two.
-    pub fn new(vertices: u64, share: f64) -> Self {
-        let slots = (vertices as f64 * share).ceil().max(1.0) as u64;
+    pub fn new(vertices: u64, fraction: f64) -> Self {
+        let slots = (vertices as f64 * fraction).ceil().max(1.0) as u64;
         // Sizes near 2⁶⁴ are refused like all that are too large.
         let slots = slots.min(1 << 60).next_power_of_two();
         let bucket_slots = slots.min(BUCKET_SLOTS);

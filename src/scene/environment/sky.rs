@@ -115,7 +115,7 @@ impl Sky {
         let mut texels = vec![DVec3::ZERO; (width * height) as usize];
         // Irradiance of the ground.
         let mut irradiance = DVec3::ZERO;
-        // The share of each texel that the sun's disc covers, and its solid angle in all.
+        // The fraction of each texel that the sun's disc covers, and its solid angle in all.
         let (mut covered, mut disc) = (Vec::new(), 0.0);
         for y in 0..horizon {
             let solid_angle = environment.solid_angle(y);
@@ -129,19 +129,19 @@ impl Sky {
                 // Texels that are as near as the disc and their own diagonal reach.
                 let reach = SUN_RADIUS + 1.5 * TAU / f64::from(width);
                 if toward.dot(sun) > reach.cos() {
-                    let share = share_of_disc(sun, |within| {
+                    let fraction = fraction_of_disc(sun, |within| {
                         let (around, down) = texel_angles(x, y, within);
                         direction(around, down)
                     });
-                    covered.push((index, share));
-                    disc += share * solid_angle;
+                    covered.push((index, fraction));
+                    disc += fraction * solid_angle;
                 }
             }
         }
         let direct = sun_irradiance(self.sun, self.turbidity);
         if disc > 0.0 {
-            for (index, share) in covered {
-                texels[index] += direct * (share / disc);
+            for (index, fraction) in covered {
+                texels[index] += direct * (fraction / disc);
             }
             irradiance += direct * self.sun.to_radians().sin();
         }
@@ -163,7 +163,7 @@ fn direction(around: f64, down: f64) -> DVec3 {
 
 /// The fraction of a texel that the sun's disc covers, in [0, 1], found with points on a grid. `sun` is the direction of the
 /// sun; `at` returns the direction of a point from its two coordinates in the texel, each in [0, 1].
-fn share_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
+fn fraction_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     const SIDE: u32 = 32;
     let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
     let points = (0..SIDE * SIDE).map(|i| at([coordinate(i % SIDE), coordinate(i / SIDE)]));

@@ -414,8 +414,8 @@ mod tests {
     fn an_overlap_among_many_emitters_is_found() {
         let emitters = |last: DVec3, size: f64| {
             let mut scene = floor();
-            for number in 0..400 {
-                let (row, column) = (f64::from(number / 20), f64::from(number % 20));
+            for index in 0..400 {
+                let (row, column) = (f64::from(index / 20), f64::from(index % 20));
                 add_emitter(&mut scene, DVec3::new(row, 1.0, column), 1.0, 1.0);
             }
             add_emitter(&mut scene, last, size, 1.0);

@@ -81,9 +81,9 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
         {
             let low = |member: &Member| boxes[member.light].min[axis];
             members.sort_by(|a, b| low(a).total_cmp(&low(b)));
-            for (number, member) in members.iter().enumerate() {
+            for (index, member) in members.iter().enumerate() {
                 let own = boxes[member.light];
-                for other in &members[number + 1..] {
+                for other in &members[index + 1..] {
                     if low(other) >= own.max[axis] {
                         break;
                     }

@@ -45,9 +45,9 @@ pub fn read(
         return Ok(read);
     }
     let in_scene: BTreeMap<usize, &Placed<'_>> = placed.iter().map(|p| (p.index, p)).collect();
-    for (number, animation) in accessors.document.animations.iter().enumerate() {
+    for (animation_index, animation) in accessors.document.animations.iter().enumerate() {
         for (index, channel) in animation.channels.iter().enumerate() {
-            let what = format!("animations[{number}].channels[{index}]");
+            let what = format!("animations[{animation_index}].channels[{index}]");
             let Some(target) = target(accessors, &what, channel, tally)? else {
                 continue;
             };
@@ -57,7 +57,7 @@ pub fn read(
             let source = Source {
                 accessors,
                 animation,
-                number,
+                animation_index,
                 sampler,
                 channel: &what,
             };
@@ -141,7 +141,7 @@ fn target(
 struct Source<'a> {
     accessors: &'a Accessors<'a>,
     animation: &'a Animation,
-    number: usize,
+    animation_index: usize,
     sampler: u64,
     channel: &'a str,
 }
@@ -156,7 +156,10 @@ impl Source<'_> {
             let (what, count) = (self.channel, samplers.len());
             return Err(super::out_of_range(what, "sampler", self.sampler, count));
         };
-        let what = format!("animations[{}].samplers[{}]", self.number, self.sampler);
+        let what = format!(
+            "animations[{}].samplers[{}]",
+            self.animation_index, self.sampler
+        );
         let interpolation = match sampler.interpolation.as_deref() {
             None | Some("LINEAR") => Interpolation::Linear,
             Some("STEP") => Interpolation::Step,
@@ -205,7 +208,7 @@ impl Source<'_> {
             None => Ok(()),
             Some(key) => Err(Error::input(format!(
                 "animations[{}].samplers[{}].output: the emission of key {key} must be within 0 and 1e12",
-                self.number, self.sampler
+                self.animation_index, self.sampler
             ))),
         }
     }

@@ -96,10 +96,10 @@ pub(super) fn read(
     // Where in the scene each of the file's meshes is, once it has been read.
     let mut read: Vec<Option<u32>> = vec![None; document.meshes.len()];
     let mut light_nodes = Vec::new();
-    for (number, placed_node) in (0_u32..).zip(&placed) {
+    for (node_index, placed_node) in (0_u32..).zip(&placed) {
         if let Some(light) = lights::of_node(&document, placed_node)? {
             scene.punctual_lights.push(light);
-            light_nodes.push(Some(number));
+            light_nodes.push(Some(node_index));
         }
         if let Some(index) = placed_node.node.camera {
             let Some(source) = get(&document.cameras, index) else {
@@ -111,7 +111,7 @@ pub(super) fn read(
                 ));
             };
             if let Some(camera) = nodes::camera(placed_node, index, source, &mut tally)? {
-                cameras.push((index, camera, number));
+                cameras.push((index, camera, node_index));
             }
         }
         if let Some(index) = placed_node.node.mesh {
@@ -138,7 +138,7 @@ pub(super) fn read(
                 }
             };
             read[index] = Some(mesh);
-            instance_nodes.push(Some(number));
+            instance_nodes.push(Some(node_index));
             scene.instances.push(Instance {
                 name: placed_node.node.name.clone(),
                 mesh,

@@ -162,11 +162,11 @@ fn statement(line: &Line, material: &mut Material) -> Result<bool> {
         }
         "Pr" => {
             physical(material);
-            material.roughness = share(line)?;
+            material.roughness = fraction(line)?;
         }
         "Pm" => {
             physical(material);
-            material.metallic = share(line)?;
+            material.metallic = fraction(line)?;
         }
         "d" => return Ok(number(line)? < 1.0),
         "Tr" => return Ok(number(line)? > 0.0),
@@ -264,7 +264,7 @@ fn color(line: &Line) -> Result<Vec3> {
     line.numbers().map(|color| DVec3::from(color).as_vec3())
 }
 
-fn share(line: &Line) -> Result<f32> {
+fn fraction(line: &Line) -> Result<f32> {
     let number = number(line)?;
     if (0.0..=1.0).contains(&number) {
         return Ok(number);

@@ -29,8 +29,8 @@ void main() {
     for (; i < restir.at.grid.candidates; i += 1u) {
         if (HASH_GRID == HASH_GRID_POINTS) {
             // As published: each candidate at another point of the cell, so that the reservoir has no shading point of its own.
-            uint number = random_bits(random).x % restir.at.grid.reservoirs;
-            uint claimed = grid_slots.at[grid_slot(claim.key, number)].claim;
+            uint index = random_bits(random).x % restir.at.grid.reservoirs;
+            uint claimed = grid_slots.at[grid_slot(claim.key, index)].claim;
             if (claimed != 0u) shading_point = grid_point_shading(grid_points.at[(claimed & GRID_SOURCE_MASK) - 1u]);
         }
         float pdf;

@@ -25,8 +25,8 @@ uint grid_key(vec3 position, vec3 normal, float u, vec3 shift) {
     return cell_key(position, normal, side, level, restir.at.grid.bins, shift);
 }
 
-// Where the reservoir `number` of a cell's bin is.
-uint grid_slot(uint key, uint number) { return pcg4d(uvec4(key, number, 0u, 0u)).x & (restir.at.grid.slots - 1u); }
+// Where the reservoir `index` of a cell's bin is.
+uint grid_slot(uint key, uint index) { return pcg4d(uvec4(key, index, 0u, 0u)).x & (restir.at.grid.slots - 1u); }
 
 // A claim of a slot.
 struct GridClaim {

@@ -124,10 +124,10 @@ uint integers_of(GpuLightNode node, out uint first) {
 }
 
 // Draws a light from the nodes that are found from the context, of which there are some, by what they are expected to contribute: number
-// `number` of `count`. Numbers must ascend, since the walk only goes on. Also returns the probability, in the mean over the
+// `index` of `count`. Numbers must ascend, since the walk only goes on. Also returns the probability, in the mean over the
 // numbers.
-uint draw_near_light(inout LightSampleContext context, uint number, uint count, uvec2 bits, out float probability) {
-    float wanted = (float(number) + to_unit(bits.x)) / float(count) * context.expected;
+uint draw_near_light(inout LightSampleContext context, uint index, uint count, uvec2 bits, out float probability) {
+    float wanted = (float(index) + to_unit(bits.x)) / float(count) * context.expected;
     while (context.passed <= wanted) {
         uint found = find_next(context.next, context.position);
         // After all of them, if the sum was rounded up.

@@ -49,19 +49,19 @@ pub fn frame_constants(
     }
 }
 
-/// The constants for the resampling of direct or of indirect light. `distant_share` is the fraction of the power of all
+/// The constants for the resampling of direct or of indirect light. `distant_fraction` is the fraction of the power of all
 /// lights that is from distant lights, in [0, 1].
 pub fn reuse_constants(
     resampling: &Resampling,
     light_bvh: &LightBvhSettings,
-    distant_share: f32,
+    distant_fraction: f32,
 ) -> ReuseConstants {
     let Resampling {
         spatial, similar, ..
     } = resampling;
     let draws_near = resampling.candidates == Candidates::LightBvh;
-    let (near_samples, near_share) = match draws_near {
-        true => near_samples(resampling.light_samples, light_bvh, distant_share),
+    let (near_samples, near_fraction) = match draws_near {
+        true => near_samples(resampling.light_samples, light_bvh, distant_fraction),
         false => (0, 0.0),
     };
     let is_uniform = match resampling.candidates {
@@ -74,7 +74,7 @@ pub fn reuse_constants(
         light_samples: resampling.light_samples,
         rare_lights: resampling.rare_lights,
         near_samples,
-        near_share,
+        near_fraction,
         temporal_confidence_cap: resampling.temporal.confidence_cap as f32,
         spatial_confidence_cap: spatial.confidence_cap as f32,
         neighbours: spatial.neighbours,
@@ -101,8 +101,8 @@ pub fn reuse_constants(
 /// The number of light samples among `count` that are drawn from the light BVH, and their fraction in [0, 1]; for `count` =
 /// 1, the fraction is the probability. Distant lights, which the tree does not contain, keep their fraction of the other
 /// samples.
-fn near_samples(count: u32, settings: &LightBvhSettings, distant_share: f32) -> (u32, f32) {
-    let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_share;
+fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) -> (u32, f32) {
+    let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_fraction;
     match count {
         1 => (1, 1.0 - rest),
         _ => {
@@ -171,9 +171,12 @@ mod tests {
                 let square: Vec2 = (0..SEEDS).map(|seed| mean(seed, first).powf(2.0)).sum();
                 let deviation = (square / SEEDS as f32).max_element().sqrt();
                 let independent = (1.0 / (12.0 * frames as f32)).sqrt();
-                let share = deviation / independent;
-                println!("{frames} frames from {first}: {share:.3} of independent positions");
-                assert!(share < 0.25, "{frames} frames from {first}: {share:.3}");
+                let fraction = deviation / independent;
+                println!("{frames} frames from {first}: {fraction:.3} of independent positions");
+                assert!(
+                    fraction < 0.25,
+                    "{frames} frames from {first}: {fraction:.3}"
+                );
             }
         }
     }

@@ -110,7 +110,7 @@ impl Restir {
             light_lists: settings.has_light_lists(),
             hash_grid: settings.hash_grid(),
             world_reservoirs: settings.world_reservoirs(),
-            shares: settings.indirect.mode == IndirectMode::Restir,
+            uses_reservoirs: settings.indirect.mode == IndirectMode::Restir,
             biased_shift: settings.indirect.shift == Shift::Biased,
             pilot_stride: (sizes.pilot_stride / 4) as u32,
             ..with_layout(bindings.specialisation, &layout)
@@ -124,17 +124,25 @@ impl Restir {
         let pilot_pass = (direct_pilots || has_indirect)
             .then(|| pass("pilots", for_direct))
             .transpose()?;
-        let distant_share = bindings.scene.first_lights().distant_share();
+        let distant_fraction = bindings.scene.first_lights().distant_fraction();
         let for_shaders = |resampling: &Resampling| {
-            constants::reuse_constants(resampling, &settings.light_bvh, distant_share)
+            constants::reuse_constants(resampling, &settings.light_bvh, distant_fraction)
         };
         let reuse = |lighting: Lighting, resampling: Resampling, bytes: u64| {
             let special = with_resampling(specialisation, &resampling, &bindings.scene);
             let initial = pass(lighting.passes().initial, special)?;
-            let shares = settings.shares(lighting);
+            let uses_reservoirs = settings.uses_reservoirs(lighting);
             let make = |name: &str| pass(name, special);
             let constants = for_shaders(&resampling);
-            let reuse = Reuse::new(device, lighting, resampling, constants, shares, bytes, make)?;
+            let reuse = Reuse::new(
+                device,
+                lighting,
+                resampling,
+                constants,
+                uses_reservoirs,
+                bytes,
+                make,
+            )?;
             Ok::<_, Error>((initial, reuse))
         };
         let direct = settings.light_samplers().map(|samplers| {
@@ -406,8 +414,8 @@ impl Integrator for Restir {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),
             Lighting::Indirect => self.indirect.as_ref().map(|light| &light.reuse),
         };
-        let shares = lighting == Lighting::Direct || self.specialisation.shares;
-        let Some(reuse) = reuse.filter(|_| shares && self.has_frame) else {
+        let uses_reservoirs = lighting == Lighting::Direct || self.specialisation.uses_reservoirs;
+        let Some(reuse) = reuse.filter(|_| uses_reservoirs && self.has_frame) else {
             let empty = ReservoirAov {
                 light: NONE,
                 source: Vec2::NEG_ONE,

@@ -34,7 +34,7 @@ pub struct Reuse {
 }
 
 impl Reuse {
-    /// Makes the passes and buffers. Without `shares`, candidates are not stored in reservoirs, and no pass shades.
+    /// Makes the passes and buffers. Without `uses_reservoirs`, candidates are not stored in reservoirs, and no pass shades.
     /// `reservoir_bytes` is the size of one copy of the reservoirs, and `pass` makes the compute pass with a given name.
     ///
     /// # Errors
@@ -44,7 +44,7 @@ impl Reuse {
         lighting: Lighting,
         resampling: Resampling,
         reuse: ReuseConstants,
-        shares: bool,
+        uses_reservoirs: bool,
         reservoir_bytes: u64,
         pass: impl Fn(&str) -> Result<ComputePass>,
     ) -> Result<Self> {
@@ -69,7 +69,7 @@ impl Reuse {
         Ok(Self {
             temporal: if_needed(mode.is_temporal(), names.temporal)?,
             spatial: if_needed(mode.is_spatial(), names.spatial)?,
-            shade: if_needed(shares && !merge_shades, names.shade)?,
+            shade: if_needed(uses_reservoirs && !merge_shades, names.shade)?,
             constants: RestirConstants::default(),
             restir: Buffer::new(device, "restir", bytes, uniform)?,
             reservoirs: History::new(reservoirs),

@@ -49,7 +49,7 @@ impl BufferSizes {
         let has = |lighting: Lighting| settings.renders(lighting);
         let pilot = u64::from(4 * PILOT_WORDS);
         // Indirect light without reservoirs keeps the buffer for its pilots.
-        let indirect_bytes = if settings.shares(Lighting::Indirect) {
+        let indirect_bytes = if settings.uses_reservoirs(Lighting::Indirect) {
             layout.bytes(Lighting::Indirect)
         } else {
             pilot
