@@ -364,7 +364,7 @@ mod tests {
         );
         expect(
             turn.check().unwrap_err(),
-            "values the value of key 0 is no quaternion",
+            "values the value of key 0 is not a unit quaternion",
         );
     }
 }
