@@ -65,8 +65,9 @@ fn compile_all(shaders: &[(&str, Variant)], sources: &Sources, out: &Path) -> Re
     })
 }
 
-/// Compiles one variant of a pass to `KEY.spv` in the folder `out`. It does nothing if the last build made that file from
-/// the same input, so that an edit of one shader costs only the passes that include it.
+/// Compiles one variant of a pass to the file `KEY.spv` in the folder `out`; `KEY` names the pass and the variant. It does
+/// nothing if the last build made that file from the same input, so that an edit of one shader costs only the passes that
+/// include it.
 fn compile(pass: &str, variant: Variant, sources: &Sources, out: &Path) -> Result<(), String> {
     let file = compiler::pass_file(pass, sources).ok_or("the pass has no file")?;
     let defines = variant.defines();

@@ -1,5 +1,6 @@
-//! Headwater is a headless Vulkan renderer that path traces real scenes with reservoir resampling (ReSTIR), and measures how much
-//! accuracy each faster setting costs. This page is for users of the library; the project's README documents the program.
+//! Headwater is a headless Vulkan renderer that path traces real scenes with reservoir resampling (ReSTIR), and measures how
+//! much accuracy each faster setting costs. This page is for users of the library; the project's README documents the
+//! program.
 //!
 //! # A picture in a few lines
 //!
@@ -33,7 +34,8 @@
 //! | write EXR or PNG | [`image`] |
 //! | compare pictures | [`metrics`] |
 //!
-//! Data flows through the modules in this order: [`scene`] → [`gpu`] → [`device_scene`] → [`render`] → [`image`] → [`metrics`].
+//! Data flows through the modules in this order: [`scene`] → [`gpu`] → [`device_scene`] → [`render`] → [`image`] →
+//! [`metrics`].
 #![warn(missing_docs)]
 
 pub mod base;

@@ -17,7 +17,7 @@ pub enum Error {
     Interrupted {
         /// The number of the signal, such as 2 for SIGINT.
         signal: i32,
-        /// A clause for the message that describes the results that were kept.
+        /// A clause about the results that were kept, which ends the message.
         kept: String,
     },
 }
@@ -47,8 +47,8 @@ impl Error {
         Self::Failed(format!("cannot write {}: {cause}", path.display()))
     }
 
-    /// The error of this crate that `cause` wraps, if it wraps one, or else `make(cause)`. A reader or
-    /// writer can return errors of this crate through [`std::io::Error::other`].
+    /// Converts an I/O error: returns the error of this crate that `cause` wraps, or `make(cause)` if it wraps none. A
+    /// reader or writer can return errors of this crate through [`std::io::Error::other`].
     pub fn from_io(cause: std::io::Error, make: impl FnOnce(std::io::Error) -> Self) -> Self {
         cause.downcast::<Self>().unwrap_or_else(make)
     }

@@ -104,7 +104,8 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The path with links and detours of its folder resolved; the folder stays as it is if it does not exist.
+/// The path with its folder as an absolute path without links, `.` and `..`, so that two spellings of it become equal. The
+/// folder stays as it is if it does not exist.
 fn resolved(path: &Path) -> PathBuf {
     let folder = folder(path);
     let folder = folder.canonicalize().unwrap_or(folder);
@@ -160,7 +161,7 @@ mod unnamed {
     use std::os::fd::AsRawFd;
     use std::os::unix::fs::OpenOptionsExt;
 
-    /// The folder with a link to each open file of the process, through which a file without a name can be given one.
+    /// The folder with a link to each open file of the process. Through its link, a file without a name can get a name.
     const OPEN_FILES: &str = "/proc/self/fd";
 
     /// Creates a file without a name in `folder`; `None` if the file system does not support this or the folder cannot be

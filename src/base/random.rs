@@ -28,7 +28,7 @@ impl Random {
         (self.bits() >> 8) as f32 / 16_777_216.0
     }
 
-    /// The next random number, uniform between `low` and `high`.
+    /// The next random number, uniform in [`low`, `high`); rounding can also give `high` itself.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }

@@ -24,7 +24,7 @@ const MAX_PIXELS: u64 = 1 << 28;
 pub struct SceneArgs {
     /// A procedural scene's name, or a file: .gltf, .glb, .obj
     pub scene: String,
-    /// Options that permit missing or outside files while a scene is loaded
+    /// Permissions for loading a scene: without missing image files, with files outside of its folder
     #[command(flatten)]
     pub load: LoadArgs,
     /// Light from all around: a file, .exr or .hdr, by longitude and latitude, or a sky such as sky:sun=40
@@ -105,7 +105,7 @@ pub enum Aov {
     Depth,
     /// Index of the visible instance among the instances of the scene; 0xFFFFFFFF where nothing was hit.
     Instance,
-    /// Motion in pixels to the position in the last frame, rightwards and downwards.
+    /// Vector in pixels from the visible surface to its position in the previous frame; right and down are positive.
     Motion,
     /// The contents of the last frame's reservoirs of direct light.
     Direct,
@@ -114,7 +114,7 @@ pub enum Aov {
 }
 
 impl Aov {
-    /// The kind of light, direct or indirect, whose reservoirs the output shows; `None` for outputs that show surfaces.
+    /// The kind of light, direct or indirect, whose reservoirs these channels show; `None` for channels that show surfaces.
     pub const fn reservoirs_of(self) -> Option<Lighting> {
         match self {
             Self::Direct => Some(Lighting::Direct),
@@ -197,7 +197,8 @@ impl SceneArgs {
         size_for(camera, self.width, self.height)
     }
 
-    /// The camera that `--look-at` describes; `None` if the option is not given.
+    /// The camera that `--look-at` describes; `None` if the option is not given, and an error if its text describes no
+    /// camera.
     pub fn look_at_camera(&self) -> Result<Option<Camera>> {
         self.look_at
             .as_deref()
@@ -206,8 +207,8 @@ impl SceneArgs {
     }
 }
 
-/// The camera that a text describes by six or seven numbers: eye, target, and the vertical field of view in degrees, by
-/// default 45. `origin` names the text in messages.
+/// The camera that a text describes by six or seven numbers, separated by commas: the coordinates of the eye and of the
+/// target, in scene units, and the vertical field of view in degrees, by default 45. `origin` names the text in messages.
 ///
 /// # Errors
 /// There are not six or seven finite numbers, eye and target are equal, the field of view is outside (0, 180) degrees, or

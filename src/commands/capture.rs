@@ -169,11 +169,12 @@ impl<'a> Capture<'a> {
 
 /// The frames that are rendered for a capture tool, and the form of their pictures.
 pub struct CapturePlan<'a> {
-    /// The frames that the tool captures; all are rendered.
+    /// The frames that the tool captures. Frames outside of this range are rendered and presented too.
     pub range: FrameRange,
     /// Number of rendered frames; their indices begin with 0.
     pub frames: u32,
-    /// True if frames are added to the sums; false if each is rendered alone, so that the last one remains.
+    /// True if all frames are added to the renderer's sums of radiance; false if each frame is rendered alone, so that only
+    /// the last one remains.
     pub accumulate: bool,
     /// Exposure of the presented pictures, in stops: radiance is multiplied by 2^`exposure`.
     pub exposure: f32,
@@ -215,7 +216,7 @@ mod renderdoc {
     /// RenderDoc's interface in this process, through which captures begin and end.
     pub struct Watcher {
         renderdoc: RenderDoc<V120>,
-        /// The number of captures that existed when the last capture began. A larger number afterwards shows that it
+        /// The number of captures that existed when the last capture began. A larger number after its end shows that it
         /// succeeded.
         before: u32,
     }
@@ -257,7 +258,8 @@ mod renderdoc {
     use crate::Result;
     use std::path::PathBuf;
 
-    /// The interface on systems that RenderDoc does not support. It has no values, because no tool can be found.
+    /// Stands for RenderDoc's interface on systems that RenderDoc does not support. The type has no values, because the tool
+    /// is never found there.
     pub enum Watcher {}
 
     impl Watcher {

@@ -1,10 +1,12 @@
-//! Options of loading a scene, and options for choices that the program otherwise makes by its rules.
+//! Options for loading a scene, and options that choose how rays are traced and how shaders access the scene. Where the user
+//! chooses nothing, the program chooses by its rules.
 
 use crate::device_scene::selection::Request;
 use crate::scene_files::Options;
 use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 
-/// Options that permit missing or outside files while a scene is loaded.
+/// Permissions for loading a scene: without missing image files, and with files outside of its folder. By default both are
+/// refused.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LoadArgs {
     /// Render even if image files of textures are missing, without these textures
@@ -48,15 +50,16 @@ impl TracerArg {
     }
 }
 
-/// The access of shaders to the buffers of the scene and to world reservoirs, as `--geometry` names it.
+/// The access of shaders to the buffers of the scene and of world reservoirs (light samples that are kept for cells of
+/// space), as `--geometry` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
     /// The program chooses by the features of the device and the size of the scene
     #[default]
     Auto,
-    /// Access as named storage buffers, which capture tools show and replay
+    /// Shaders access the scene's buffers through storage buffer bindings, which capture tools show and replay
     StorageBuffers,
-    /// Access by buffer device address, which has no limit of size
+    /// Shaders access the scene's buffers by buffer device address, without the size limit of a binding
     BufferAddresses,
 }
 
@@ -78,7 +81,7 @@ pub struct VariantArgs {
     /// The method that traces rays
     #[arg(long, value_enum, default_value_t)]
     pub tracer: TracerArg,
-    /// Access of shaders to the buffers of the scene and to world reservoirs
+    /// How shaders access the buffers of the scene and of world reservoirs
     #[arg(long, value_enum, default_value_t)]
     pub geometry: GeometryArg,
     /// How shaders read the texels of textures
@@ -87,8 +90,8 @@ pub struct VariantArgs {
 }
 
 impl VariantArgs {
-    /// The request for a variant of the shaders with the values of these arguments. `None` in it leaves a choice to the
-    /// rules; no capture tool is assumed.
+    /// These arguments as a request for a variant of the shaders; `None` in the request leaves a choice to the program's
+    /// rules. `captured` is false: a session for a capture tool sets it itself.
     pub const fn request(&self) -> Request {
         Request {
             tracer: self.tracer.tracer(),

@@ -199,7 +199,8 @@ fn write_difference(
     image.write(path, 0.0)
 }
 
-/// The text of a number with about six significant digits, for any magnitude.
+/// The text of a number: six decimals for 0 and for magnitudes from 0.001 to below a million, otherwise scientific notation
+/// with six significant digits.
 fn figures(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         format!("{value:.6}")

@@ -11,7 +11,8 @@ use crate::scene_files::file_of;
 use crate::shader_interface::{HashGrid, WorldReservoirs};
 use std::path::PathBuf;
 
-/// Keys, and groups of keys, of the settings that affect path tracing. All other settings have no effect on `reference`.
+/// Keys of the settings that affect path tracing, or groups of keys: `environment` stands for all keys that begin with
+/// `environment.`. All other settings have no effect on the command `reference`.
 const OF_PATH_TRACING: [&str; 6] = [
     "heuristic",
     "energy",
@@ -21,7 +22,8 @@ const OF_PATH_TRACING: [&str; 6] = [
     "variant",
 ];
 
-/// Keys of the settings of indirect light that also affect paths without resampling (`indirect.mode=path`).
+/// Keys of the settings of indirect light that also affect paths without resampling (`indirect.mode=path`), so that no note
+/// calls them ignored.
 const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.mode",
     "indirect.secondary",
@@ -30,8 +32,8 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
 ];
 
 /// Prints notes on arguments without effect, for every command that renders a scene. `changed` lists the dotted keys that
-/// --config and --set name, `outputs` the picture files. `presents` is true if frames are presented, so that --exposure has
-/// an effect.
+/// --config and --set name, `outputs` the picture files. `presents` is true if frames are presented for a capture tool, so
+/// that --exposure has an effect without a PNG file too.
 pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf], presents: bool) {
     if args.environment.is_none() {
         note_ignored("there is no --environment", changed, |key| {
@@ -137,8 +139,9 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     }
 }
 
-/// Prints notes on settings of the light BVH and of the hash grid that have no effect because of other settings of the same
-/// group. `changed` lists the dotted keys that --config and --set name.
+/// Prints notes on settings of the light BVH and of the hash grid that have no effect because of another setting, and on
+/// `indirect.candidates=hash-grid`. `changed` lists the dotted keys that --config and --set name; `bounces` is the maximum
+/// number of scattering events.
 fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.has_candidates(Candidates::LightBvh, bounces) {
         if settings.light_bvh.far == Far::Joined {

@@ -1,5 +1,5 @@
-//! `info`: lists the devices, and the variant of the shaders that each would use. The variant is that for a scene with
-//! textures that is small enough for the bindings of the device.
+//! `info`: lists the devices, and the variant of the shaders that each would use for a scene with textures. The scene is
+//! assumed to be small enough for the device's storage buffer bindings.
 
 use super::{check_messages, open_vulkan, print};
 use crate::Result;

@@ -152,8 +152,8 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// The argument to use instead of an unknown one that other renderers, or other commands, have for the same function; `None`
-/// if there is no suggestion.
+/// The argument to suggest for an unknown one, such as `--spp` for `--samples` of `reference`; `None` if there is no
+/// suggestion. The unknown arguments are those that other renderers, or other commands, have for the same function.
 fn other_name(error: &clap::Error) -> Option<&'static str> {
     if error.kind() != ArgumentError::UnknownArgument {
         return None;
@@ -172,8 +172,8 @@ fn other_name(error: &clap::Error) -> Option<&'static str> {
     }
 }
 
-/// Prints `text` and a line break on stdout. Control characters other than line breaks are escaped; a name from a file that
-/// must stay on its line is made `printable` first. Unlike `println!`, it does not panic if stdout fails.
+/// Prints `text` and a line break on stdout. Control characters other than line breaks are escaped. A caller makes a name
+/// from a file `printable` first, so that the name stays on one line. Unlike `println!`, it does not panic if stdout fails.
 ///
 /// # Errors
 /// Stdout rejects the text, for example because the disk is full. A reader that has closed its pipe needs no more text,
@@ -252,8 +252,9 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
     }
 }
 
-/// Replaces a moving scene by its pose at the start time if the clock is stopped. If a time is set but nothing in the scene
-/// moves, prints a notice, which `whose` begins.
+/// Replaces a moving scene by its pose at the start time if the clock is stopped, so that all frames show one time. Prints a
+/// notice if a time is set although nothing in the scene moves. The notice begins with `whose`: empty, or the name of the
+/// scene and a colon.
 ///
 /// # Errors
 /// The errors of [`Clock::freeze_if_stopped`].

@@ -21,7 +21,7 @@ pub struct Args {
     /// Number of frames that are timed, after the warm-up
     #[arg(long, default_value_t = 16, allow_negative_numbers = true)]
     frames: u32,
-    /// Number of frames before them, which compile the shaders and fill the history
+    /// Number of frames before the timed ones, which compile the shaders and fill the history
     #[arg(long, default_value_t = 3, allow_negative_numbers = true)]
     warm_up: u32,
     /// Maximum number of frames that the host is ahead of the device. With more than 1 the device has no gaps while the host
@@ -206,7 +206,8 @@ fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
     }
 }
 
-/// Prints the difference from the earlier profile at `path`; an error if a time or a memory size is worse than the limits.
+/// Prints the difference from an earlier profile, except with `--json`, whose output is one JSON object alone. Returns an
+/// error if a time or a memory size exceeds the limits; `path` names the earlier profile in the message.
 fn against(args: &Args, profile: &Profile, earlier: &Profile, path: &Path) -> Result<()> {
     if !args.json {
         print(profile::difference(profile, earlier))?;

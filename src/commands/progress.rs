@@ -5,7 +5,7 @@ use std::cell::Cell;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// The interval between plain lines of progress; work that ends sooner prints none.
+/// The interval between lines of progress if stderr is no terminal; work that ends sooner prints none.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
 /// The time for which the progress of work is observed before the time left is estimated.

@@ -52,8 +52,8 @@ pub struct Args {
     resume: bool,
 }
 
-/// Hides those of the shared options that have no effect on a reference from its help: presets differ only in resampling, a
-/// reference has no reservoirs, and without a previous frame there is no motion.
+/// Adapts the shared options to the command `reference`. It hides `--preset`, because presets differ only in resampling, and
+/// refuses the AOVs of reservoirs and motion, because a reference has neither reservoirs nor a previous frame.
 pub fn shown(command: clap::Command) -> clap::Command {
     let shown = Aov::value_variants()
         .iter()
@@ -167,8 +167,9 @@ fn kept(args: &Args, samples: u32) -> String {
     }
 }
 
-/// The first sample count per pixel after `done` at which a target error is checked: 64, and then each time a fourth more.
-/// The counts are fixed, so that the last sample of a run depends neither on its speed nor on interruptions.
+/// The first sample count per pixel after `done` at which a target error is checked. The counts are 64, 80, 100 and so on,
+/// each a fourth larger than the one before; `u32::MAX` if none is left. They are fixed, so that the last sample of a run
+/// depends neither on its speed nor on interruptions.
 fn next_check(done: u32) -> u32 {
     let mut check = MIN_SAMPLES;
     while check <= done {
@@ -210,8 +211,8 @@ fn sample_limit(args: &Args) -> Result<u32> {
     }
 }
 
-/// Writes every output file, EXR files with standard errors and the channels for resuming, and returns the sums that were
-/// written. `samples` is their number of samples per pixel.
+/// Writes every output file from the renderer's sums, which hold `samples` samples per pixel, and returns these sums. EXR
+/// files also get the channels for resuming and, from two samples on, standard errors.
 fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     let sums = session.renderer.sums()?;
     let mut image = session.picture(&sums, samples, &args.scene.aov)?;
@@ -232,10 +233,11 @@ fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     Ok(sums)
 }
 
-/// A function that reads one RGB part of the sums of a pixel.
+/// A function that returns one of the four RGB values in the accumulated sums of a pixel.
 type Part = fn(&PixelSums) -> Vec3;
 
-/// The parts of a pixel's sums with the names of their channels: `sum` is stored in `resume.sum.R`, `resume.sum.G`,
+/// The four RGB values in the accumulated sums of a pixel: the sums of radiance and of its square, each with its rounding
+/// error. Their names form the EXR channels that `--resume` reads: `sum` is stored in `resume.sum.R`, `resume.sum.G`,
 /// `resume.sum.B`.
 const PARTS: [(&str, Part); 4] = [
     ("sum", |p| p.sum),

@@ -1,4 +1,5 @@
-//! `regress`: makes the golden frames of a driver, or compares a driver with golden frames.
+//! `regress`: makes the golden frames of a driver (stored pictures and hashes, with which later runs are compared), or
+//! compares a driver with golden frames.
 
 use super::arguments::check_files;
 use super::interrupt::Interrupt;
@@ -50,7 +51,7 @@ pub struct Args {
     device: Option<String>,
 }
 
-/// The parser of the arguments of a case, which are arguments of `render`.
+/// The parser of the arguments of a test case, which are arguments of the command `render`.
 #[derive(Parser)]
 #[command(name = "render")]
 struct Line {
@@ -181,8 +182,8 @@ fn check_folder(folder: &Path) -> Result<()> {
     check_writable(&there.unwrap_or(Path::new(".")).join(".headwater"))
 }
 
-/// Prints the last line, which counts the verdicts and shows the total time. An error if a case failed, or if no case was
-/// compared.
+/// Prints the last line, which counts the passed, skipped and failed cases and shows the total `time`. Each of `results` is
+/// the name, the verdict and the duration of a case. Returns an error if a case failed, or if no case was compared.
 fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<()> {
     let names = |is: fn(&Verdict) -> bool| -> Vec<&str> {
         let found = results.iter().filter(|(_, verdict, _)| is(verdict));
@@ -269,7 +270,7 @@ fn again(args: &Args, case: &Case) -> String {
 }
 
 /// Renders a case twice, first with whole frames, which give the picture, and then pass by pass, which gives the hashes. The
-/// inner error is a feature that the case requests and the device lacks.
+/// inner error is a sentence about a feature that the case requests and the device lacks.
 fn render_case(
     args: &Args,
     case: &Case,

@@ -1,5 +1,5 @@
-//! Starts the threads of the program, and ends it with one line on stderr and exit status 1 if a part fails that cannot
-//! return an error.
+//! Starts the threads of the program. If something fails that cannot return an error, such as a driver that crashes, the
+//! program ends with one line on stderr and exit status 1.
 
 use crate::base::out_of_memory::end_with;
 use crate::{Error, Result};

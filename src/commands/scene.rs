@@ -37,11 +37,11 @@ pub enum Command {
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
-    /// Triangles, lights, materials, bounds, cameras, requirements.
+    /// Print a scene's triangles, lights, materials, bounds, cameras and requirements.
     Inspect {
         /// A procedural scene's name, or a file: .gltf, .glb, .obj
         scene: String,
-        /// Options that permit missing or outside files while a scene is loaded
+        /// Permissions for loading a scene: without missing image files, with files outside of its folder
         #[command(flatten)]
         load: LoadArgs,
         /// Print the result as one JSON object instead of text

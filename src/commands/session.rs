@@ -28,7 +28,8 @@ use std::time::{Duration, Instant};
 /// assumes that the device hangs.
 const SUBMISSION: Duration = Duration::from_millis(300);
 
-/// The number of triangles from which on a line announces that trees are built, because this takes several seconds.
+/// The number of triangles from which on a line on stderr announces that trees over the triangles are built, because this
+/// takes several seconds.
 const MANY_TRIANGLES: u64 = 2_000_000;
 
 /// The purpose of a session, which decides the features that its device is opened with.
@@ -52,7 +53,7 @@ pub enum Purpose {
 
 /// A scene on an open device, with the settings and the view of its picture, ready to render frames.
 pub struct Session {
-    /// The settings after preset, file and single changes, resolved for this scene.
+    /// The settings from the preset, `--config` and `--set`, in which the choice for this scene replaces each `auto`.
     pub settings: ResolvedSettings,
     /// The camera, the size of the picture, the seed, and the sampling of paths.
     pub view: View,
@@ -225,8 +226,8 @@ impl Session {
     }
 
     /// The index of the first frame that must be rendered so that frame `index` is correct. It is 0 if frames depend on
-    /// those before them, the previous frame if the clock runs, because motion is the difference of two frames, and
-    /// otherwise `index` itself.
+    /// those before them. If only the clock runs, it is the index of the previous frame, because motion is the difference of
+    /// two frames. Otherwise it is `index` itself.
     pub fn first_needed_for(&self, index: u32) -> u32 {
         if self.renderer.has_history() {
             return 0;

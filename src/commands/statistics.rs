@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// Procedural scenes by name, or files: .gltf, .glb, .obj [default: every procedural scene]
     scenes: Vec<String>,
-    /// Options that permit missing or outside files while a scene is loaded
+    /// Permissions for loading a scene: without missing image files, with files outside of its folder
     #[command(flatten)]
     load: LoadArgs,
     /// The tracer; auto compiles for each tracer that the device has
@@ -124,8 +124,8 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// The pipelines of a file, `others`, in which `pipelines` replace all those of the same device and driver. The result is
-/// sorted by driver and device.
+/// Replaces the pipelines of this device and driver in `others`, which come from an earlier output file, by `pipelines`. The
+/// result is sorted by driver, then by device.
 fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others.retain(|old| !pipelines.iter().any(|new| is_comparable(old, new)));
     others.extend_from_slice(pipelines);
@@ -138,8 +138,8 @@ fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
     (&a.driver, &a.device) == (&b.driver, &b.device)
 }
 
-/// A line for each value that is worse than the stored value in the file at `path`. Pipelines without a stored counterpart
-/// are counted in a note on stderr.
+/// A line of text for each value of a pipeline, such as its registers, that is worse than the stored one. `stored` has the
+/// pipelines of the file at `path`; pipelines without a counterpart there are counted in a note on stderr.
 fn worse(pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Vec<String> {
     let Some(first) = pipelines.first() else {
         return Vec::new();

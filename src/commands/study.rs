@@ -41,7 +41,7 @@ pub struct Args {
     /// The plan: the name of one that comes with the program, or a TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
-    /// Options that permit missing or outside files while a scene is loaded
+    /// Permissions for loading a scene: without missing image files, with files outside of its folder
     #[command(flatten)]
     load: LoadArgs,
     /// Light from all around, for all scenes: a file, .exr or .hdr, or a sky such as sky:sun=40
@@ -61,7 +61,8 @@ pub struct Args {
     tracer: TracerArg,
 }
 
-/// Renders the runs that the folder does not hold yet, judges all runs, and writes and prints the results.
+/// Renders the runs that the folder of `--output` does not hold yet. A run is one configuration on one scene with one seed.
+/// Then judges the results of all runs, writes them and prints them.
 ///
 /// # Errors
 /// Wrong arguments or a wrong plan, a device or disk that fails, a signal, a configuration that should be unbiased and is
@@ -245,7 +246,8 @@ fn kept(folder: &Folder) -> String {
     )
 }
 
-/// The camera that the plan defines for a scene with `look_at`; `None` if it defines none.
+/// The camera that the key `look_at` of a scene in the plan describes; `None` without this key, and an error if its text
+/// describes no camera.
 fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
     let origin = format!("{}: look_at", planned.name);
     (planned.look_at.as_deref())
@@ -254,7 +256,7 @@ fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
 }
 
 /// The camera of a scene at a time in seconds: that of the plan, the scene's first one, or one that frames the scene. The
-/// second value is the motion of the scene's camera, and `None` for the other two.
+/// second value is the motion of the scene's first camera; it is `None` for the other two kinds of camera.
 fn camera(
     planned: &PlannedScene,
     scene: &Scene,
@@ -270,8 +272,8 @@ fn camera(
     Ok((moving.at(time)?, Some(moving)))
 }
 
-/// Returns an error that lists the rows of the results which make the study fail, if there are any. Prints a note that lists
-/// the undecided rows.
+/// Returns an error that lists the rows which make the study fail, if there are any; a row holds the results of one
+/// configuration on one scene. Prints a note that lists the undecided rows.
 fn verdict(rows: &[Row]) -> Result<()> {
     let open: Vec<String> = (rows.iter())
         .filter_map(|row| {

@@ -162,8 +162,8 @@ pub fn is_fetched(name: &str) -> bool {
             .any(|b| b.name == name && b.elements.are_words())
 }
 
-/// The usages beyond storage that the buffer with this name needs for shaders of `variant`: as texels, or as input of the
-/// driver's acceleration structures.
+/// The usages that the buffer with this name needs for shaders of `variant`, in addition to that as a storage buffer: as
+/// texels, or as input of the driver's acceleration structures.
 pub fn usage(name: &str, variant: Variant) -> Usage {
     Usage {
         texels: is_fetched(name) && variant.fetch == Fetch::Texels,

@@ -42,7 +42,7 @@ const TRIANGLES: BvhBuildParams = BvhBuildParams {
     max_prims_per_leaf: 2,
     ..BvhBuildParams::slow_build()
 };
-/// Options of the builder for trees over instances. A leaf holds one, since a ray that enters an instance must be
+/// Options of the builder for trees over instances. A leaf holds one instance, since a ray that enters an instance must be
 /// transformed.
 const INSTANCES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
@@ -99,8 +99,9 @@ impl Tree {
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
-    /// Builds the tree over boxes (min, max) with at most `max_depth` levels, which must be at least [`balanced_depth`] of
-    /// their count. If the fast tree is deeper, a balanced one replaces it, which rays traverse more slowly.
+    /// Builds the tree over boxes (min, max) with at most `max_depth` levels of inner nodes. The limit must be at least
+    /// [`balanced_depth`] of the number of boxes. If the fast tree is deeper, a balanced one replaces it, which rays
+    /// traverse more slowly.
     pub fn over_boxes_within(boxes: &[(Vec3, Vec3)], max_depth: u32) -> Self {
         let tree = Self::over_boxes(boxes);
         if tree.depth <= max_depth {
@@ -150,8 +151,8 @@ pub struct BinaryNode {
     pub low: Vec3,
     /// The largest x, y and z of the node's box.
     pub high: Vec3,
-    /// The index of the node after the last descendant, where a walk continues that skips this subtree; a first child's
-    /// sibling.
+    /// The index of the node after the last descendant. A walk that skips the descendants continues there. For a first
+    /// child, it is the index of the second child.
     pub next: u32,
     /// The index of the single box in a leaf; NONE for an inner node.
     pub primitive: u32,

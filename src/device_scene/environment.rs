@@ -6,8 +6,9 @@ use crate::scene::lights::{AliasTable, luminance};
 use glam::{UVec2, Vec2, Vec4};
 use std::f64::consts::{PI, TAU};
 
-/// The fraction of the probability that is uniform over the sphere. It gives dark texels a probability that 32 random bits
-/// can select, so that light samples miss no part of the environment.
+/// The fraction of light samples of the environment that is uniform over the sphere; the others follow the radiance of
+/// texels. It gives dark texels a probability that 32 random bits can select, so that light samples miss no part of the
+/// environment.
 const UNIFORM_FRACTION: f64 = 0.02;
 
 /// The data of the environment on the device; all arrays are empty and sizes 0 for a scene without an environment.

@@ -10,27 +10,31 @@ use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};
 
-/// The contents of the buffers that depend on time. Each array holds the current epoch and, if something moves, then the
-/// previous epoch; exceptions are stated.
+/// The contents of the buffers that depend on time. Each array holds the elements of the current epoch (frame) and, if
+/// something moves, then those of the previous epoch; exceptions are stated.
 pub struct EpochContents {
-    /// The nodes of the trees over the instances, one tree per epoch. The nodes of the meshes' trees are appended later.
+    /// The nodes of the trees over the instances: one tree for the current frame and, if something moves, one for the
+    /// previous frame. The nodes of the meshes' trees are appended later.
     pub nodes: Vec<CwBvhNode>,
     /// For each leaf of the trees over the instances, in leaf order, the index of its instance in `instances`.
     pub top_instances: Vec<u32>,
-    /// All traced instances, with the transforms of their epoch.
+    /// All traced instances with the transforms of the current frame and, if something moves, once more with those of the
+    /// previous frame.
     pub instances: Vec<GpuInstance>,
-    /// All emissive triangles, in the device's world space of their epoch.
+    /// All emissive triangles in the device's world space, as they are in the current frame and, if something moves, once
+    /// more as they were in the previous frame.
     pub lights: Vec<GpuLight>,
-    /// All punctual lights, with the transforms of their epoch.
+    /// All punctual lights as they are in the current frame and, if something moves, once more as they were in the previous
+    /// frame.
     pub punctual_lights: Vec<GpuPunctualLight>,
-    /// The alias tables that select lights, of the current epoch only: over all lights and, if some lights are rare, over
-    /// the lights that are not rare, then over the rare ones.
+    /// The alias tables that select lights, of the current frame only: over all lights and, if some lights are rare (far
+    /// dimmer than the others), over the lights that are not rare, then over the rare lights.
     pub light_choices: Vec<GpuLightChoice>,
 }
 
 impl EpochContents {
     /// Assembles the contents for one pose, or for the current and the previous pose. `room` is the number of nodes that are
-    /// reserved for the tree over the instances of each epoch; the nodes of the meshes will follow the last of these trees.
+    /// reserved for each pose's tree over the instances. The nodes of the meshes' trees will follow the last of these trees.
     pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
@@ -79,7 +83,8 @@ impl EpochContents {
 pub struct MovingScene {
     motion: Motion,
     poser: ScenePoser,
-    /// The number of nodes reserved for the tree over instances of each epoch; also the index of the previous epoch's tree.
+    /// The number of nodes that are reserved for the tree over the instances of each epoch (current or previous frame). It
+    /// is also the index of the root of the previous frame's tree in the buffer `nodes`.
     pub room: usize,
     /// The number of instances in the scene, counted before static instances are merged.
     instance_count: usize,
@@ -102,7 +107,8 @@ pub struct PoseChange<'a> {
 }
 
 impl MovingScene {
-    /// Makes a moving scene of `instance_count` instances (before merging), which has the same pose in both epochs at first.
+    /// Makes a moving scene of `instance_count` instances (before merging). At first `pose` is both its current and its
+    /// previous pose. `room` is the number of nodes reserved for each pose's tree over the instances.
     pub fn new(
         motion: Motion,
         poser: ScenePoser,

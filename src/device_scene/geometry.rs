@@ -25,7 +25,8 @@ pub struct MeshOffsets {
     pub first_color: u32,
     /// The index of the mesh's first triangle of corner tangents in [`Geometry::corner_directions`]; NONE without tangents.
     pub first_tangent: u32,
-    /// The index of the mesh's first triangle in [`Geometry::parts`]; NONE for a mesh of one material that does not emit.
+    /// The index of the mesh's first triangle in [`Geometry::parts`]; NONE for a mesh that has one part, does not emit, and
+    /// is not merged.
     pub first_part: u32,
     /// The index of the root of the mesh's tree in [`Geometry::nodes`]; 0 if the driver builds its own trees.
     pub root_node: u32,
@@ -53,12 +54,13 @@ pub struct Geometry {
     pub uvs: Vec<[Vec2; 3]>,
     /// The vertex colours of each triangle's three corners, for meshes that have them: RGBA with 16 bits per channel.
     pub colors: Vec<[UVec2; 3]>,
-    /// For each triangle of a mesh with several parts or with lights: the index of its material, its rank among the mesh's
-    /// emissive triangles (NONE if it does not emit), and the offset that is added to the index of the instance.
+    /// For each triangle of a mesh that has several parts or lights, or is merged: the index of its material, its rank among
+    /// the mesh's emissive triangles (NONE if it does not emit), and the offset that is added to the index of the instance.
     pub parts: Vec<UVec3>,
-    /// The eight-wide nodes of all meshes' trees, with indices into whole arrays; empty if the driver builds its own trees.
+    /// The eight-wide nodes of all meshes' trees; empty if the driver builds its own trees. Indices of children count from
+    /// the start of this array, and indices of triangles from the start of `positions`.
     pub nodes: Vec<CwBvhNode>,
-    /// For each stored triangle, its index in its mesh as the scene has it.
+    /// For each stored triangle, its index among the triangles of its mesh before they were put into leaf order.
     pub order: Vec<u32>,
     /// One entry per mesh: its positions in the arrays.
     pub meshes: Vec<MeshOffsets>,

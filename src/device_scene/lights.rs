@@ -18,11 +18,13 @@ use std::collections::HashMap;
 pub struct LightSources {
     /// The emissive triangles in object space, in the order in which shaders index them.
     pub emitter_triangles: Vec<EmitterTriangle>,
-    /// [`GpuLight::primitive`] of each emissive triangle: its index in its mesh if it may have holes, otherwise NONE.
+    /// [`GpuLight::primitive`] of each emissive triangle. For a material with alpha mode mask, it is the index of the
+    /// triangle in its mesh, in the order in which the device stores triangles; otherwise NONE.
     primitives: Vec<u32>,
     materials: Vec<Material>,
     punctual: Vec<PunctualLight>,
-    /// The mean luminance of the environment, weighted by the luminance itself, in the scene's unit; `None` without one.
+    /// The mean luminance of the environment, weighted by the luminance itself, in the scene's unit of radiance. `None` for
+    /// a scene without an environment.
     environment_mean: Option<f64>,
     light_powers: LightPowers,
     /// The lights that are rare (far dimmer than the others); `None` if no light is rare.
@@ -38,26 +40,31 @@ pub struct Lights {
     pub punctual: Vec<GpuPunctualLight>,
     /// The alias table that selects among all lights by power: triangles, then punctual lights, then the environment.
     pub choices: Vec<GpuLightChoice>,
-    /// The alias table over all lights in which rare lights have the probability 0; empty if no light is rare.
+    /// The alias table over all lights in which rare lights (far dimmer than the others) have the probability 0, since they
+    /// have separate candidates. Empty if no light is rare.
     pub common_choices: Vec<GpuLightChoice>,
-    /// The alias table in which only rare lights have a probability, equal for each rare emitter; empty if no light is rare.
+    /// The alias table over all lights that draws the separate candidates of rare lights (far dimmer than the others). All
+    /// rare emitters are equally likely, and other lights have the probability 0. Empty if no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
-    /// True for each light of all kinds that is rare; empty if no light is rare.
+    /// One flag per light of all kinds: true if the light is rare, that is, far dimmer than the others. Empty if no light is
+    /// rare.
     pub rare: Vec<bool>,
     /// The power of each light of all kinds, divided by π, in the device's units. The sum over distant lights is limited to
     /// the sum over all other lights.
     pub powers: Vec<f64>,
-    /// The mean luminance of triangles and environment, weighted by power, in the device's unit of radiance; 0 without any.
+    /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance. It
+    /// is 0 if none of them has power.
     pub mean_luminance: f32,
 }
 
 impl Lights {
-    /// True if the scene has rare lights.
+    /// True if the scene has rare lights: lights that are far dimmer than the others, and are sampled separately if the
+    /// settings ask for it.
     pub fn has_rare(&self) -> bool {
         !self.rare.is_empty()
     }
 
-    /// True if the light with this index among the lights of all kinds is rare.
+    /// True if the light with this index among the lights of all kinds is rare, that is, far dimmer than the others.
     pub fn is_rare(&self, index: usize) -> bool {
         self.rare.get(index).is_some_and(|is_rare| *is_rare)
     }
@@ -79,8 +86,8 @@ impl Lights {
 }
 
 impl LightSources {
-    /// Collects the lights of a scene. `emitter_materials` is true for each material that emits at any time; `traced_index`
-    /// maps a mesh to the positions that its triangles have in the order in which they are traced.
+    /// Collects the lights of a scene. `emitter_materials` is true for each material that emits at any time. For a mesh,
+    /// `traced_index` returns the position of each triangle in the order in which the device stores the mesh.
     pub fn of(
         scene: &Scene,
         emitter_materials: &[bool],
@@ -125,8 +132,9 @@ impl LightSources {
         sources
     }
 
-    /// Computes the lights at one time. `transform_of` gives the current transform of an instance; `emission` and `moved`
-    /// list the materials and punctual lights that have changed, by index, with their new emission or transform.
+    /// Computes the lights at one time. `transform_of` gives the current transform of an instance. `emission` lists
+    /// materials by index with their current emission, and `moved` punctual lights by index with their current transform;
+    /// all others are as in the scene.
     pub fn placed(
         &self,
         transform_of: impl Fn(u32) -> DAffine3,
@@ -185,8 +193,9 @@ impl LightSources {
     }
 }
 
-/// Limits the total power of distant lights to the total power of all other lights, so that distant lights get at most half
-/// of the candidates. The fraction of their light that arrives is unknown, for example in a room with windows.
+/// Limits the total power of distant lights (directional lights and the environment) to the total power of all other lights,
+/// so that distant lights get at most half of the candidates. The fraction of their light that arrives is unknown, for
+/// example in a room with windows. If the other lights have no power, nothing changes.
 fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     let (mut near, mut far) = (0.0, 0.0);
     for (index, power) in powers.iter().enumerate() {
@@ -203,8 +212,8 @@ fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     }
 }
 
-/// Makes the alias table that selects lights in proportion to their powers, mixed with a fraction `uniform_share` of a
-/// uniform choice among the lights that have power.
+/// Makes the alias table that selects lights in proportion to their powers. The fraction `uniform_fraction` of the
+/// probability is instead equal for all lights that have power.
 fn choices(powers: &[f64], uniform_fraction: f64) -> Vec<GpuLightChoice> {
     let table = AliasTable::new(powers, uniform_fraction);
     let columns = table.columns.iter().zip(&table.probabilities);
@@ -235,7 +244,9 @@ fn gpu_light(light: &LightTriangle, material: &Material, units: &Units) -> GpuLi
     }
 }
 
-/// The minimum difference of a spot's squared distances for the outer and the inner angle. It keeps a sharp falloff finite.
+/// The minimum difference between the terms of a spot's outer and inner angle, from which its falloff is computed. The term
+/// of an angle is the squared distance between two unit vectors that enclose it. The minimum keeps the slope of a sharp
+/// falloff finite.
 const SHARPEST: f64 = 1e-30;
 
 fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
@@ -270,8 +281,8 @@ fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
     }
 }
 
-/// The lights of a scene as it was read, with the transforms and emission of its materials and instances, in the device's
-/// units. Triangles keep their indices in the scene's meshes.
+/// The lights of a scene without its motion and without merged meshes, in the device's units. Triangles keep their indices
+/// in the scene's meshes. Only tests use it; a renderer takes [`GpuScene::first_lights`](super::GpuScene::first_lights).
 pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     let transform_of = |instance: u32| scene.instances[instance as usize].object_to_world;
     let unchanged = |mesh: u32| (0..scene.meshes[mesh as usize].triangles.len() as u32).collect();

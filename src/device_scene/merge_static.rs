@@ -14,7 +14,8 @@ pub struct TracedScene<'a> {
     pub scene: Cow<'a, Scene>,
     /// For each traced instance, the index that it has in the original scene; 0 for the instance of a merged mesh.
     pub instance_ids: Vec<u32>,
-    /// For each traced mesh, the number that each part adds to the instance's entry in `instance_ids`; empty if not merged.
+    /// For each traced mesh, one number per part (run of triangles with one material). It is added to the instance's entry
+    /// in `instance_ids`, which gives the original instance of the part. Empty for a mesh that is not merged.
     pub part_ids: Vec<Vec<u32>>,
     /// True for each material that emits light at some time.
     pub emitter_materials: Vec<bool>,
@@ -31,7 +32,8 @@ impl<'a> TracedScene<'a> {
     }
 }
 
-/// True for each instance that is merged: its mesh has no other instance, and it does not move. A single one is not merged.
+/// One flag per instance: true if its mesh is merged with others, because the mesh has no other instance and the instance
+/// does not move. If only one instance is of this kind, none is merged.
 fn merged_instances(scene: &Scene) -> Vec<bool> {
     let mut uses = vec![0_u32; scene.meshes.len()];
     for instance in &scene.instances {
@@ -90,7 +92,7 @@ impl ElementCounts {
         self.triangle_lights + self.punctual_lights + u64::from(self.environment_texels > 0)
     }
 
-    /// Counts the elements that a scene will have on the device, before its meshes are merged.
+    /// Counts the elements that `scene` will have on the device once its static meshes are merged, without merging them.
     pub fn of(scene: &Scene) -> Self {
         let merged = merged_instances(scene);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());

@@ -18,7 +18,8 @@ use std::collections::HashMap;
 pub struct ScenePoser {
     units: Units,
     instances: Vec<TracedInstance>,
-    /// For each instance that may move, by its index in the original scene: its index in `instances`.
+    /// Maps the index of an instance in the original scene to its index in `instances`. Instances whose meshes are merged
+    /// never move, and are not in the map.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
     trees: bool,
@@ -26,7 +27,8 @@ pub struct ScenePoser {
     max_depth: u32,
 }
 
-/// A traced instance: its transform at rest, and the data that do not change with time.
+/// An instance as it is traced, after static meshes are merged: its transform without motion, and the data that do not
+/// change with time.
 struct TracedInstance {
     object_to_world: DAffine3,
     mesh: MeshOffsets,
@@ -41,7 +43,7 @@ pub struct ScenePose {
     pub time: f64,
     /// All traced instances with their transforms. `root_node` counts from the root of the first mesh's tree.
     pub instances: Vec<GpuInstance>,
-    /// Indices into `instances` of those that can be seen: an instance that its transform flattens is left out.
+    /// The indices in `instances` of all instances that can be seen. An instance is left out if its transform flattens it.
     pub visible: Vec<u32>,
     /// The tree over the boxes of `visible`; it has no primitives if the driver builds its own tree.
     pub top: Tree,
@@ -174,8 +176,9 @@ impl ScenePoser {
         self.units.to_device() * *object_to_world * self.instances[index].mesh.to_object
     }
 
-    /// For each of the scene's `count` instances, the transform of its points from their positions in the pose `now` to
-    /// those in `before`, in the device's world space. It is the identity for an instance that does not move.
+    /// For each of the scene's `count` instances (before merging), the transform of its points from their positions in the
+    /// pose `now` to those in `before`, in the device's world space. It is the identity for an instance that does not move,
+    /// and zero for one that is flat now.
     pub fn previous_transforms(
         &self,
         count: usize,

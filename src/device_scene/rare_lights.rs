@@ -7,20 +7,21 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The maximum fraction of the total power that all rare emitters have together. Draws by power select emitters below it so
-/// seldom that a brighter emitter nearly always replaces them in a reservoir.
+/// The maximum fraction of the total power that all rare emitters have together. Draws by power select emitters with so
+/// little power seldom, and then a brighter emitter nearly always replaces them in a reservoir.
 const FRACTION: f64 = 1.0 / 96.0;
 
 /// The maximum power of a rare emitter, as a fraction of the emitters' mean power. Among similar emitters, none is rare.
 const PART: f64 = 1.0 / 8.0;
 
-/// The ratio above which powers count as equal, since areas are rounded. Emitters of equal power are rare together or not.
+/// The ratio of two powers above which they count as equal, since the areas of emitters are rounded. Of emitters with equal
+/// power, either all are rare or none is.
 const SAME: f64 = 1.0 - 1e-6;
 
 /// The classification of a scene's lights into rare lights and others.
 pub struct RareLights {
-    /// For each light, the index of its emitter, whose lights are rare together. So slivers of a bright emitter are not
-    /// rare.
+    /// For each light, the index of its emitter. The lights of an emitter are either all rare or all not rare, so that
+    /// slivers of a bright emitter are not rare.
     emitters: Vec<usize>,
     /// True for each light that is rare. It is constant over time, because a reservoir of an earlier frame must hold no
     /// light that has separate candidates now.
@@ -62,14 +63,14 @@ impl RareLights {
             .then_some(Self { emitters, is_rare })
     }
 
-    /// The weights with which ordinary candidates select lights that now have these `powers`: the power, and 0 for rare
-    /// lights. If no other light has power now, each of the others has the weight 1.
+    /// One weight per light, with which ordinary candidates select it: its current power from `powers`, and 0 for a rare
+    /// light. If no light apart from the rare ones has power now, each of those lights has the weight 1.
     pub fn common_weights(&self, powers: &[f64]) -> Vec<f64> {
         self.weights_among(powers, false)
     }
 
-    /// The weights with which the separate candidates select rare lights; 0 for other lights. The weights of each rare
-    /// emitter add up to 1, and its lights share them by power.
+    /// One weight per light, with which the separate candidates of rare lights select it; 0 for a light that is not rare.
+    /// The weights of each rare emitter add up to 1, and are in proportion to the current `powers` of its lights.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
@@ -81,8 +82,8 @@ impl RareLights {
         fractions.collect()
     }
 
-    /// The powers of the lights that are rare (`rare` is true) or that are not rare, and 0 for the other lights. If none of
-    /// the selected lights has power now, each of them gets 1.
+    /// One weight per light. If `rare` is true, rare lights have their power as weight, and other lights have 0; if it is
+    /// false, the reverse. If none of the lights that should have their power has any now, each of them gets 1.
     fn weights_among(&self, powers: &[f64], rare: bool) -> Vec<f64> {
         let lights = || self.is_rare.iter().zip(powers);
         let is_lit = lights().any(|(is_rare, power)| *is_rare == rare && *power > 0.0);

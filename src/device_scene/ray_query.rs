@@ -7,7 +7,8 @@ use crate::shader_interface::GpuInstance;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The acceleration structures of a scene: one per mesh, and one over the instances for each epoch.
+/// The acceleration structures of a scene: one per mesh, one over the instances and, if something moves, another one over
+/// the instances of the previous frame.
 pub struct RayQueryScene {
     /// The top-level structures: two if the scene moves (current and previous frame, in alternating order), otherwise one.
     tops: Vec<AccelerationStructure>,
@@ -75,7 +76,8 @@ impl RayQueryScene {
         &self.tops[previous]
     }
 
-    /// Makes the current structure the previous one. The other one becomes current, and must be rebuilt.
+    /// Makes the current structure over the instances the previous one. The other structure becomes current, and the caller
+    /// must rebuild it.
     pub fn advance(&self) {
         let next = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         self.current.store(next, Ordering::Relaxed);

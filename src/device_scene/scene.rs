@@ -208,7 +208,8 @@ impl GpuScene {
         }
     }
 
-    /// The lights in the current pose, and its time in seconds. `None` if that time is `known`, or if nothing moves.
+    /// The lights in the current pose, and its time in seconds. `None` if nothing moves, or if that time is `known`, the
+    /// time of the lights that the caller has already.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -224,8 +225,8 @@ impl GpuScene {
         &self.first_lights
     }
 
-    /// Draws `count` points on the surfaces in the current pose, uniform by area, in the device's units, as the light BVH
-    /// needs them.
+    /// Draws `count` points on the surfaces in the current pose, uniform by area, in the device's units. The light BVH
+    /// chooses its scale from them, and the hash grid is filled from them.
     ///
     /// # Errors
     /// The buffers cannot be read from the device.
@@ -267,8 +268,8 @@ impl GpuScene {
         resources
     }
 
-    /// Makes the pass from the shader `NAME.comp` in the scene's variant. `constants` are (id, value) of specialisation
-    /// constants.
+    /// Makes the pass `name` from the shader with this file name, without `.comp`, in the scene's variant. `constants` are
+    /// pairs of the `constant_id` and the 32-bit value of specialisation constants.
     ///
     /// # Errors
     /// The shader does not exist or does not compile, or its interface cannot be bound by name.

@@ -8,7 +8,7 @@ use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
-/// What the user requests of a variant. Where a choice is `None`, [`select`] decides by its rules.
+/// The user's requests for the shader variant. Where a choice is `None`, [`select`] decides by its rules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
     /// The requested tracer: ray queries, or the BVH that is traversed in compute.
@@ -30,7 +30,7 @@ pub struct Selection {
     pub tracer_reason: String,
     /// A phrase that states why this access to buffers was chosen.
     pub geometry_reason: String,
-    /// A phrase that states why groups of four words are read as texels or as words.
+    /// A phrase that states why data that shaders read four words at a time are read as texels or as words.
     pub fetch_reason: String,
     /// A phrase that states why this access to textures was chosen.
     pub textures_reason: String,
@@ -50,7 +50,7 @@ impl Selection {
     }
 }
 
-/// The reason in reports where a captured frame uses no addresses of buffers.
+/// The reason that reports state if a captured frame uses no addresses of buffers.
 const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device";
 
 /// Selects the variant for a scene on a device.

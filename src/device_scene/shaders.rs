@@ -103,11 +103,14 @@ pub fn sources() -> Sources {
     sources
 }
 
-/// Hashes of the GLSL sources in use, in hexadecimal. Results are comparable only if their hashes are equal.
+/// Hashes of the GLSL sources in use, including the generated ones. Studies store results under names that depend on these
+/// hashes, so that results are computed anew after a change of the shaders.
 pub struct Fingerprints {
-    /// The hash of the names and texts of all sources.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of the names and texts of all GLSL files. While it is the same, a
+    /// study reuses its finished runs.
     pub all: String,
-    /// The hash of the sources that the pass `path_trace` includes. While it is the same, reference pictures stay valid.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of the file of the pass `path_trace` and of all files that it
+    /// includes. While it is the same, a study reuses its reference pictures, which this pass renders.
     pub path_trace: String,
 }
 
@@ -294,8 +297,8 @@ mod tests {
         assert!(reflection.check_layouts(&[planted]).is_err());
     }
 
-    /// SwiftShader binds 30 storage buffers. At run time a pass leaves out the buffers that its scene does not need; the
-    /// embedded passes tested here still have all of them.
+    /// SwiftShader binds at most 30 storage buffers. At run time a pass leaves out the buffers that its scene does not need;
+    /// the embedded passes tested here still have all of them.
     #[test]
     fn every_shader_has_room_for_its_buffers_on_every_driver() {
         for (key, bytes) in EMBEDDED {

@@ -20,7 +20,7 @@ const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;
 const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
 
 /// The host memory, in bytes, that an emissive triangle takes while a scene is uploaded: the triangle in object and world
-/// space, its data for shaders (kept a second time for time 0), its column of the alias table, and eight numbers.
+/// space, its data for shaders (kept a second time for time 0), its column of the alias table, and eight numbers of 64 bits.
 const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
     + size_of::<LightTriangle>()
     + 2 * (size_of::<GpuLight>() + size_of::<GpuLightChoice>())
@@ -34,7 +34,7 @@ pub struct SceneSizes {
     pub triangles: u64,
     /// The number of emissive triangles in the world; a triangle counts once for each instance of its mesh.
     pub triangle_lights: u64,
-    /// The size in bytes of each buffer. The nodes of trees count as 0, because their number is not known yet.
+    /// An upper bound of each buffer's size in bytes. The nodes of trees count as 0, because their number is not known yet.
     pub bytes: BufferBytes,
     /// The count and the largest sizes of the texture images.
     pub images: ImageSizes,

@@ -43,7 +43,7 @@ pub struct TlasInstance<'a> {
 }
 
 impl AccelerationStructure {
-    /// Builds the structure of one mesh, and waits for the build. Tools and messages show `name`.
+    /// Builds the bottom-level structure of one mesh, and waits for the build. Tools and messages show `name`.
     ///
     /// # Errors
     /// The device was opened without ray query.
@@ -74,7 +74,8 @@ impl AccelerationStructure {
         Ok(structure)
     }
 
-    /// Builds the structure over `instances`, and waits for the build. It can be rebuilt with up to `capacity` instances.
+    /// Builds a top-level structure over `instances`, and waits for the build. [`Self::rebuild_top`] can later replace the
+    /// instances by up to `capacity` others. Tools and messages show `name`.
     ///
     /// # Errors
     /// There are more than 2²⁴ instances, or the errors of [`AccelerationStructure::bottom`].
@@ -91,8 +92,8 @@ impl AccelerationStructure {
         Ok(structure)
     }
 
-    /// Rebuilds a structure that [`Self::top`] made over new `instances`, and waits for the build. The caller checks that
-    /// they do not exceed its capacity.
+    /// Rebuilds a structure that [`Self::top`] has made, with new instances, and waits for the build. The caller checks that
+    /// the instances do not exceed the structure's capacity.
     ///
     /// # Errors
     /// The errors of [`AccelerationStructure::top`].

@@ -182,8 +182,8 @@ impl Buffer {
         &self.name
     }
 
-    /// Device address of the buffer, by which shaders and builds access it without a binding; 0 on a device that only
-    /// compiles.
+    /// Device address of the buffer, by which shaders and builds of acceleration structures access it without a binding; 0
+    /// on a device that only compiles.
     ///
     /// # Errors
     /// The device was opened without buffer addresses.
@@ -237,8 +237,8 @@ impl Buffer {
         Ok(())
     }
 
-    /// Copies the first `count` values of the buffer to the host, and waits for the copy. On a device that only compiles all
-    /// are zeros.
+    /// Copies the first `count` values of the buffer to the host, and waits for the copy. On a device that only compiles,
+    /// all values are zeros.
     ///
     /// # Errors
     /// `count` values are larger than the buffer.

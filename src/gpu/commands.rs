@@ -13,23 +13,24 @@ use std::time::Instant;
 /// ([`Device::wait_before_drop`]).
 pub(super) struct Commands {
     pub(super) device: Arc<Device>,
-    /// Descriptor pools of the recorded commands, one per recorded pass. They are destroyed when the commands have finished,
-    /// or are dropped without submission.
+    /// Descriptor pools of the recorded commands, one per recorded pass. They are destroyed after the commands have
+    /// finished, or when the commands are dropped without submission.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
     recorder: Recorder,
     /// Index of the frame that the submission ends, and the image that shows this frame, for capture tools
     /// (`VK_EXT_frame_boundary`). `None` if the submission ends no frame.
     frame_end: Option<(u32, vk::Image)>,
-    /// True after [`Commands::submit`]: the recorder then belongs to a [`Submission`], and dropping the commands must not
-    /// reuse it.
+    /// True after [`Commands::submit`]. The recorder (the command buffer with its fence and timestamps) then belongs to a
+    /// [`Submission`], and dropping the commands must not reuse it.
     is_submitted: bool,
-    /// The regions recorded so far, in order: the name of each, and true if its pass runs for the first time. Region `i` has
-    /// the timestamp queries `2 i` and `2 i + 1`.
+    /// The timed regions recorded so far, in order; a region is usually one pass. A pair has the name of a region, and true
+    /// if its pass runs for the first time. Region `i` has the timestamp queries `2 i` and `2 i + 1`.
     regions: Vec<(String, bool)>,
 }
 
 impl Commands {
-    /// An empty command buffer that is ready to be recorded. It uses an idle recorder of the device, or a new one.
+    /// An empty command buffer that is ready to be recorded. It uses an idle recorder of the device (a command buffer with
+    /// fence and timestamps), or a new one.
     pub(super) fn new(device: &Arc<Device>) -> Result<Self> {
         let fail = |e| device.failure("begin recording", e);
         let timestamps = device.info.timestamp_period > 0.0;
@@ -88,8 +89,9 @@ impl Commands {
         }
     }
 
-    /// Opens a region with the debug label `name` and a start timestamp. Regions must not nest. `first_run` is true if the
-    /// region's pass runs for the first time; it is copied to [`PassTime::first_run`].
+    /// Opens a timed region, usually one pass, with the debug label `name` and a start timestamp; [`Commands::end`] closes
+    /// it. Regions must not nest. `first_run` is true if the region's pass runs for the first time; it is copied to
+    /// [`PassTime::first_run`].
     pub(super) fn begin(&mut self, name: &str, first_run: bool) {
         if let (Some(debug), Ok(label)) = (&self.device.debug, CString::new(name)) {
             let label = vk::DebugUtilsLabelEXT::default().label_name(&label);
@@ -129,8 +131,8 @@ impl Commands {
         }
     }
 
-    /// Submits all commands, waits for them, and returns the time of each region in the order of recording. The list is
-    /// empty on a device without timestamps.
+    /// Submits all commands, waits for them, and returns the time on the device of each timed region (usually one pass), in
+    /// the order of recording. The list is empty on a device without timestamps.
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -140,7 +142,7 @@ impl Commands {
     }
 
     /// Submits all commands without waiting. The caller passes the returned [`Submission`] to [`Device::wait_for`], which
-    /// returns the times.
+    /// waits for the commands and returns the times of their passes.
     ///
     /// # Errors
     /// The device is lost or out of memory.

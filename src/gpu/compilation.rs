@@ -1,4 +1,4 @@
-//! Programs that are made in background threads.
+//! Programs (compute pipelines with their layouts) that are made in background threads.
 //!
 //! A driver takes up to a second for a large shader, on one core. So the programs of all passes are compiled at the same
 //! time, and the first recording of a pass waits for its program.
@@ -9,15 +9,15 @@ use crate::{Error, Result};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
 
-/// A program, or the message of the error that prevented it.
+/// A program (a compute pipeline with its layouts), or the message of the error that prevented it.
 type Made = std::result::Result<Program, String>;
 
 /// Stack size of a compiling thread in bytes. It is the usual size of a main thread's stack, because compilers recurse
 /// deeply.
 const STACK_BYTES: usize = 8 << 20;
 
-/// A program that a background thread makes or has made. Dropping it waits for the driver's compiler, which cannot be
-/// interrupted.
+/// A program (a compute pipeline with its layouts) that a background thread makes or has made. Dropping it waits for the
+/// driver's compiler, which cannot be interrupted.
 pub(super) struct Compilation {
     name: String,
     made: OnceLock<Made>,
@@ -25,7 +25,8 @@ pub(super) struct Compilation {
 }
 
 impl Compilation {
-    /// Starts a thread that makes a program from `source`. If no thread can be started, the call itself makes the program.
+    /// Starts a thread that makes a program from the shader and the values in `source`. If no thread can be started, the
+    /// call itself makes the program.
     pub(super) fn start(device: &Arc<Device>, source: Source) -> Self {
         let source = Arc::new(source);
         let make = |device: &Arc<Device>, source: &Source| {

@@ -1,8 +1,8 @@
 //! Removal of code that a specialised shader cannot run, and of the bindings that only such code uses.
 //!
 //! A shader contains the code of all settings, and every binding that its code names must be bound, even if the code cannot
-//! run. But devices bind a limited number of buffers to a shader: SwiftShader 30, lavapipe of Mesa 22 32, and lavapipe
-//! crashes beyond its limit.
+//! run. But devices limit the number of buffers that are bound to a shader: to 30 with SwiftShader, and to 32 with lavapipe
+//! of Mesa 22. Lavapipe crashes beyond its limit.
 //!
 //! Conditional constant propagation finds the blocks that can be reached (Wegman and Zadeck, "Constant Propagation with
 //! Conditional Branches", 1991). The other blocks stay, but empty, so that control flow keeps the structure that SPIR-V
@@ -45,8 +45,8 @@ fn id_of_function(function: &Function) -> Option<Word> {
     function.def.as_ref()?.result_id
 }
 
-/// The labels of the blocks, of all functions, that can be reached. If a function always returns the same constant word, its
-/// id and the word are added to `constants`.
+/// The labels of all blocks that can be reached, in all functions. A function that always returns the same constant word is
+/// added to `constants`, as its id and the word, so that its callers may reach fewer blocks.
 fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) -> HashSet<Word> {
     loop {
         let mut live = HashSet::new();
@@ -69,8 +69,8 @@ fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) ->
     }
 }
 
-/// Ids of the function's variables that have no initialiser and are only loaded and stored as a whole. Only their content is
-/// tracked.
+/// Ids of the function's variables that have no initialiser and are only loaded and stored as a whole. [`Reached`] tracks
+/// the content of these variables only.
 fn whole_variables(function: &Function) -> HashSet<Word> {
     let mut variables = HashSet::new();
     for instruction in instructions_of(function) {
@@ -275,8 +275,9 @@ impl<'a> Reached<'a> {
     }
 }
 
-/// New zero constants (`OpConstantNull`), one for each type that needs one. They are sorted by type, so that a shader has
-/// the same words in every run: drivers cache compiled shaders by a hash of the words.
+/// New zero constants (`OpConstantNull`), which replace values whose computation was removed; one for each type of these
+/// values. They are sorted by type, so that a shader has the same words in every run: drivers cache compiled shaders by a
+/// hash of the words.
 struct Nulls {
     by_type: BTreeMap<Word, Word>,
     next: Word,
@@ -309,8 +310,9 @@ impl Nulls {
     }
 }
 
-/// Removes all instructions of blocks that are not `live`, except their merge instructions and terminators. Uses of removed
-/// results, in these terminators and in phis of live blocks, become zero constants. `types` has the type of each value.
+/// Removes all instructions of blocks whose label is not in `live`, except their merge instructions and terminators. Where
+/// these terminators, or phis of live blocks, use a removed result, a zero constant replaces it. `types` has the type of
+/// each value.
 fn empty_other_blocks(
     function: &mut Function,
     live: &HashSet<Word>,
@@ -412,8 +414,8 @@ fn remove_variables(module: &mut Module) {
     }
 }
 
-/// Removes scalar constants that nothing uses. Shaders that differ only in settings that they do not read become equal by
-/// this.
+/// Removes scalar constants that nothing uses. Shaders that differ only in constants without a use are equal after this, so
+/// that a driver can reuse what it compiled.
 fn remove_constants(module: &mut Module) {
     let names = [Op::Name, Op::MemberName, Op::Decorate, Op::MemberDecorate];
     let operands = (module.all_inst_iter())
@@ -426,7 +428,7 @@ fn remove_constants(module: &mut Module) {
     });
 }
 
-/// Removes the names and decorations of ids that no longer exist, because such references are not valid SPIR-V.
+/// Removes the names and decorations of ids that no longer exist. SPIR-V with such a name or decoration is not valid.
 fn remove_names(module: &mut Module) {
     let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
     let is_of_something = |i: &Instruction| {

@@ -316,7 +316,8 @@ impl Device {
         }
     }
 
-    /// Allocates memory for a buffer or an image. `bytes` is its size, for the error message.
+    /// Allocates memory for a buffer or an image as `wanted` describes. `bytes` is the size of the buffer or image, for the
+    /// error message.
     ///
     /// # Errors
     /// The device has too little free memory, or none of a suitable type.

@@ -89,7 +89,8 @@ pub struct DeviceInfo {
     pub max_storage_buffers: u32,
     /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels.
     pub max_texels: u32,
-    /// The maximum number of images and buffers together that one pass can bind if it samples images.
+    /// The maximum number of images and buffers together that one pass can bind if it samples images. A scene with too many
+    /// images for this limit has its textures in a buffer instead.
     pub max_sampled_images: u32,
     /// The maximum width and height of an image, in texels.
     pub max_image_side: u32,
@@ -122,9 +123,9 @@ impl DeviceInfo {
         TEXEL_SIZE * u64::from(self.max_texels)
     }
 
-    /// The number of threads among which the driver splits a dispatch into equal contiguous ranges of workgroups, as
-    /// llvmpipe does; 1 for GPUs. Shaders use it to give each thread workgroups from the whole image, because a thread with
-    /// an easy part of the image would idle.
+    /// The number of threads among which the driver splits a dispatch; 1 for GPUs. As in llvmpipe, each thread gets one
+    /// contiguous range of workgroups, and all ranges have the same length. Shaders use the number to give each thread
+    /// workgroups from the whole image. Otherwise a thread with an easy part of the image would idle.
     pub fn interleave(&self) -> u32 {
         match std::thread::available_parallelism() {
             Ok(threads) if self.is_cpu() => threads.get() as u32,

@@ -8,7 +8,8 @@ use ash::vk;
 /// it.
 pub(super) const UPLOAD: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
-/// The whole of an image with one level of detail and one layer.
+/// The subresource range of a whole colour image with one level of detail and one layer. All images of Headwater are of this
+/// form.
 pub(super) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     base_mip_level: 0,

@@ -12,12 +12,14 @@ use std::sync::{Arc, RwLock, RwLockReadGuard, RwLockWriteGuard};
 /// device meanwhile.
 static LISTS: RwLock<()> = RwLock::new(());
 
-/// Permission to walk the loader's lists, held while an object is given a name. Several threads can hold it at once.
+/// Permission to walk the Vulkan loader's lists of instances and devices, held while an object is given a name. Several
+/// threads can hold it at once.
 pub(super) fn walk_lists() -> RwLockReadGuard<'static, ()> {
     LISTS.read().unwrap_or_else(|e| e.into_inner())
 }
 
-/// Exclusive permission to change the loader's lists, held while an instance or a device is opened or closed.
+/// Exclusive permission to change the Vulkan loader's lists of instances and devices, held while an instance or a device is
+/// opened or closed.
 pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
     LISTS.write().unwrap_or_else(|e| e.into_inner())
 }
@@ -154,8 +156,8 @@ impl Instance {
     /// CPU, other.
     ///
     /// # Errors
-    /// The driver cannot list its devices, no device is usable, or `wanted` matches no device or an unusable one (wrong
-    /// input).
+    /// The driver cannot list its devices, or no device is usable. With `wanted`, no device matches it or the device that it
+    /// names is unusable; both are errors of wrong input.
     pub fn choose(&self, wanted: Option<&str>) -> Result<(DeviceInfo, String)> {
         let devices = self.devices()?;
         let listed = || {

@@ -5,16 +5,17 @@ use ash::{ext, vk};
 use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
 
-/// A harmless message of the validation layers, which is ignored. A message matches an entry if its identifier equals `id`
-/// and its text contains `text`.
+/// An entry of the list of ignored messages: a harmless message of the validation layers. It applies to every message whose
+/// identifier equals `id` and whose text contains `text`.
 #[derive(Debug)]
 pub struct Allowed {
     /// Identifier of the message, such as `VUID-vkCmdDispatch-None-08114`.
     pub id: &'static str,
-    /// A part of the message's text. It restricts the entry to one case, because different faults can have the same
-    /// identifier.
+    /// A part of the message's text. It restricts the entry to one fault, because the layers report different faults with
+    /// the same identifier.
     pub text: &'static str,
-    /// The reason why Headwater does not cause the fault, for those who review the list.
+    /// The reason why the message shows no fault of Headwater, in words. It is for those who review the list; the program
+    /// does not use it.
     pub reason: &'static str,
 }
 
@@ -119,7 +120,8 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// True if an entry of `list` has the identifier `id` and a text that `message` contains.
+/// True if `list` has an entry that applies to a message with the identifier `id` and the text `message`, so that the
+/// message is ignored.
 fn allows(list: &[Allowed], id: &str, message: &str) -> bool {
     list.iter()
         .any(|allowed| allowed.id == id && message.contains(allowed.text))

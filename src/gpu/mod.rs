@@ -1,8 +1,9 @@
 //! Vulkan, independent of rendering: devices, buffers, shaders, compute passes, timestamps and debug labels.
 //!
-//! All `unsafe` code that calls Vulkan is in this module. Its safe interface guarantees three things: every object outlives
-//! the commands that use it ([`Recording::finish`] waits for the device), a global memory barrier separates the passes of a
-//! recording, and every descriptor is checked against the shader's interface by name, kind and access.
+//! All `unsafe` code that calls Vulkan is in this module. Its safe interface guarantees three things. Every object outlives
+//! the commands that use it, because [`Recording::finish`] waits for the device. A global memory barrier separates the
+//! passes of a recording. Every descriptor is checked against the shader's interface: its name, its kind of resource, and
+//! whether the shader may write it.
 //!
 //! Functions that call the driver return an error if the device is lost or out of memory; their `# Errors` sections list
 //! only the other failures.

@@ -35,8 +35,8 @@ pub trait Bindings<'a> {
     /// names, the pass cannot be recorded.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
-    /// Names and resources of further bindings: those of the groups `[offers …]`, and the optional buffers. The shader uses
-    /// those that it names, and the others are ignored.
+    /// Names and resources of further bindings: those of the groups `[offers …]` and the optional buffers of
+    /// [`bindings!`](crate::bindings). The shader uses those that it names, and the others are ignored.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
@@ -83,7 +83,8 @@ macro_rules! bindings {
 pub struct ComputePass {
     pub(super) device: Arc<Device>,
     pub(super) compilation: Compilation,
-    /// Names of the bindings that the shader's code uses before specialisation.
+    /// Names of the bindings that the shader's code uses before specialisation. A pass with a required resource of another
+    /// name is not recorded.
     declared: Vec<String>,
     /// Size of the push constants in bytes; 0 if the shader has none.
     pub(super) push_constant_size: u32,
@@ -110,7 +111,8 @@ impl ComputePass {
         Self::with_images(device, name, words, constants, 0)
     }
 
-    /// [`Self::new`] for a shader that may have an array of images, to which exactly `image_count` images will be bound.
+    /// Does the same as [`Self::new`], for a shader that may have an array of images. Exactly `image_count` images must be
+    /// bound to the array.
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -163,8 +165,9 @@ impl ComputePass {
         !self.has_run.swap(true, Ordering::Relaxed)
     }
 
-    /// The resources to bind, in the order of the program's bindings. It is an error if one is missing, is named twice,
-    /// exceeds the device's limit, or has another kind or access than the shader declares.
+    /// The resources to bind to `program`, in the order of its bindings. It is an error if one is missing, if two have the
+    /// same name, or if one exceeds the device's limit or has another kind or access (read or write) than the shader
+    /// declares.
     pub(super) fn resolve<'a>(
         &self,
         program: &Program,

@@ -134,14 +134,14 @@ impl Presentation {
         Ok(made)
     }
 
-    /// True if the least significant byte of a presented 32-bit pixel is blue instead of red; the caller must pack pixels
-    /// so.
+    /// True if the least significant byte of a presented 32-bit pixel is blue; otherwise it is red. The caller must pack the
+    /// pixels for [`Self::present`] accordingly.
     pub fn begins_with_blue(&self) -> bool {
         self.begins_with_blue
     }
 
-    /// Presents `pixels` as the end of the frame with index `frame`: one 32-bit word per pixel, row by row from the top.
-    /// Waits for the copy of the pixels, not for their presentation.
+    /// Presents a picture as the end of the frame with index `frame`. `pixels` has one 32-bit word per pixel, row by row
+    /// from the top. The call waits until the pixels are copied, not until they are presented.
     ///
     /// # Errors
     /// `pixels` has fewer pixels than a picture, or the device or the swapchain fails.

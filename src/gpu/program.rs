@@ -14,7 +14,8 @@ use std::ffi::CStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The inputs from which a program is made: the shader, and the values that its pipeline and layouts depend on.
+/// The inputs from which a [`Program`] (a compute pipeline with its layouts) is made: the shader, and the values that its
+/// pipeline and layouts depend on.
 pub(super) struct Source {
     /// Name of the pass in debug labels, times and messages.
     pub name: String,

@@ -1,11 +1,11 @@
-//! Recorders, which are command buffers with the objects that run them, kept by the device for reuse; and submissions, which
-//! are commands that may still run.
+//! Recorders and submissions. A recorder is a command buffer with the objects that run it; the device keeps it for reuse. A
+//! submission is a recorder whose commands may still run.
 
 use ash::vk;
 use std::time::Instant;
 
-/// The maximum number of timed regions of one command buffer; each has two timestamps. Regions after these run, but have no
-/// time.
+/// The maximum number of timed regions, usually passes, in one command buffer; each has two timestamps. Regions after these
+/// run, but have no time.
 pub(super) const MAX_TIMED_REGIONS: u32 = 256;
 
 /// A command buffer and the objects that are needed to run it. The device keeps idle recorders for reuse, because of a fault
@@ -21,8 +21,8 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    /// Makes a recorder for the queue family with the index `queue_family`. `timestamps` is true if it gets a pool of
-    /// timestamp queries.
+    /// Makes a recorder for the queue family with the index `queue_family`. It gets a pool of timestamp queries, with which
+    /// passes are timed, if `timestamps` is true.
     pub(super) fn new(
         raw: &ash::Device,
         queue_family: u32,
@@ -117,15 +117,15 @@ pub struct PassTime {
 }
 
 impl PassTime {
-    /// One entry per name, with the sum of the times of its runs, in the order of the first runs.
+    /// Sums the times of passes with the same name. Returns one entry per name, in the order in which the names first occur.
     pub fn by_name(times: Vec<Self>) -> Vec<Self> {
         let mut by_name = Vec::new();
         Self::add(&mut by_name, times);
         by_name
     }
 
-    /// Adds `times` to `total`, which has one entry per name: times of the same name are summed, new names are appended. An
-    /// entry has `first_run` set if one of its runs has it set.
+    /// Adds `times` to `total`, which has one entry per pass name. The times of passes with the same name are summed, and
+    /// passes with a new name are appended. An entry has `first_run` set if one of its runs has it set.
     pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
         for time in times {
             match total.iter_mut().find(|t| t.name == time.name) {
@@ -139,12 +139,14 @@ impl PassTime {
     }
 }
 
-/// Commands that were submitted and that nothing has waited for yet. The caller keeps the resources of the commands alive.
+/// Commands that were submitted and that nothing has waited for yet. The resources that they use must stay alive until the
+/// commands have finished.
 pub(super) struct Submission {
     pub(super) recorder: Recorder,
     /// Descriptor pools of the commands, one per pass, destroyed after the wait.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
-    /// The timed regions in the order of recording: the name of each, and true if it is the first run of a pass.
+    /// The timed regions (usually passes) in the order of recording: the name of each, and true if it is the first run of a
+    /// pass.
     pub(super) regions: Vec<(String, bool)>,
     pub(super) started: Instant,
 }
@@ -164,8 +166,8 @@ impl Submission {
         }
     }
 
-    /// Times of the regions in the order of recording, read after the wait; empty on a device without timestamps. `period`
-    /// is the length of a timestamp tick in nanoseconds.
+    /// Times of the timed regions (usually passes) in the order of recording; empty on a device without timestamps. The
+    /// caller has waited for the commands. `period` is the length of a timestamp tick in nanoseconds.
     pub(super) fn times(
         &self,
         raw: &ash::Device,

@@ -46,8 +46,8 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Records one dispatch of `groups` workgroups (x, y, z). It waits for the compilation of the pass; if outputs are
-    /// hashed, it also runs everything recorded so far.
+    /// Records one dispatch of `groups` workgroups (x, y, z), with the push constants `push`. It waits until the pass is
+    /// compiled. If the outputs of passes are hashed ([`Device::hash_outputs`]), it also runs everything recorded so far.
     ///
     /// # Errors
     /// The bindings or the size of `push` do not match the shader, the driver rejects the shader, or the device is lost or
@@ -206,8 +206,8 @@ fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>])
 }
 
 impl Commands {
-    /// Makes a descriptor set with `resources`, which are in the order of the program's bindings. Its pool lives as long as
-    /// the commands; `name` is the pass that error messages name.
+    /// Makes a descriptor set with `resources`, which are in the order of the program's bindings. Its pool is destroyed
+    /// together with the commands. `name` is the name of the pass, for error messages.
     fn descriptor_set(
         &mut self,
         name: &str,

@@ -13,7 +13,7 @@ pub struct Output {
     pub pass: String,
     /// Name of the buffer that the pass may write.
     pub buffer: String,
-    /// Hash of all bytes of the buffer, 16 hexadecimal digits.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of all bytes of the buffer.
     pub hash: String,
 }
 
@@ -26,12 +26,12 @@ pub type MemoryUse = BTreeMap<String, (u32, u64)>;
 pub struct Compiled {
     /// Name of the pass for which the pipeline was made.
     pub name: String,
-    /// Hash of the SPIR-V that the driver compiled, 16 hexadecimal digits.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of the SPIR-V that the driver compiled.
     pub shader: String,
     /// Time in which the driver made the pipeline, on the host, in milliseconds.
     pub milliseconds: f64,
     /// The report of the driver's compiler; empty without
-    /// [`Features::executable_properties`](super::Features::executable_properties).
+    /// [`Features::executable_properties`](super::Features::executable_properties), or if the driver fails to report.
     pub report: CompilerReport,
 }
 
@@ -44,8 +44,8 @@ pub struct CompilerReport {
     pub statistics: Vec<(String, String)>,
 }
 
-/// The records of a device since it was opened. A list whose lock is poisoned stays unchanged, because records are only for
-/// information.
+/// The records of the work on a device since it was opened. They are only for information: if a thread panics while it
+/// changes one of the lists, the list is no longer changed and reads as empty.
 #[derive(Default)]
 pub struct Records {
     /// Size of the SPIR-V of all pipelines made so far, in bytes.

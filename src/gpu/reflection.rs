@@ -12,15 +12,16 @@ use std::collections::HashMap;
 pub enum BindingKind {
     /// A storage buffer, which the shader reads and, unless it is declared `readonly`, may write.
     Storage {
-        /// False if the shader declares the buffer, or every member of it, `readonly`. The resource must be bound with the
-        /// same access.
+        /// False if the shader declares the buffer, or every member of it, `readonly`. Such a buffer must be bound as
+        /// [`Resource::Read`](super::Resource::Read), any other one as [`Resource::Write`](super::Resource::Write).
         writes: bool,
     },
     /// A uniform buffer, which the shader only reads.
     Uniform,
     /// A uniform texel buffer, which the shader only reads, texel by texel.
     Texels,
-    /// An array of sampled 2D images without a declared length; as many images must be bound as the pass was made for.
+    /// An array of sampled 2D images without a declared length. The number of images that must be bound is the argument
+    /// `image_count` of [`ComputePass::with_images`](super::ComputePass::with_images).
     Images,
     /// A top-level acceleration structure, in which the shader traces rays.
     AccelerationStructure,
@@ -182,9 +183,9 @@ impl Reflection {
         Ok(interface)
     }
 
-    /// Compares structures that Rust and the shader share: number, names and offsets of the members, and strides of arrays.
-    /// `layouts` has the layouts in Rust. Returns the names of the structures that the shader has in buffers, in the order
-    /// of `layouts`.
+    /// Compares the structures that Rust and the shader share: number, names and offsets of the members, and strides of
+    /// arrays of the structure. `layouts` has the layouts in Rust. Returns the names of the structures that the shader has
+    /// in buffers, in the order of `layouts`.
     ///
     /// # Errors
     /// A structure differs; the error describes the first difference.

@@ -14,7 +14,8 @@ use std::sync::Arc;
 /// Format of all images: four bytes per texel, which shaders read as values in [0, 1]. Every device can sample it.
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
 
-/// The maximum number of bytes per upload, except that a single row may be longer. It limits the size of the staging buffer.
+/// The maximum number of bytes of an image that are uploaded at once, which limits the size of the staging buffer. A single
+/// row is uploaded at once even if it is longer.
 const PIECE: usize = 64 << 20;
 
 /// Name under which [`Records::memory_use`](super::records::Records::memory_use) counts all images together, because a scene
@@ -32,11 +33,12 @@ pub struct SampledImage {
 }
 
 impl SampledImage {
-    /// Makes an image of `width` columns, at least 1, and uploads `texels`: red, green, blue and alpha, row by row from the
-    /// top, at least one row. Tools and messages show `name`.
+    /// Makes an image of `width` columns, uploads its texels, and waits for the upload. `texels` has red, green, blue and
+    /// alpha of each texel, row by row from the top. Tools and messages show `name`.
     ///
     /// # Errors
-    /// `texels` is empty or has an incomplete row, or the image exceeds the device's memory or its limit on a side.
+    /// `texels` is empty or has an incomplete row, `width` is 0, or the image exceeds the device's memory or its limit on
+    /// width and height.
     pub fn new(device: &Arc<Device>, name: &str, width: u32, texels: &[[u8; 4]]) -> Result<Self> {
         let height = (texels.len() / width.max(1) as usize) as u32;
         if height == 0 || width as usize * height as usize != texels.len() {

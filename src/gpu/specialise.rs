@@ -84,7 +84,8 @@ pub(super) fn words_of_constants(module: &Module) -> HashMap<u32, u32> {
         .collect()
 }
 
-/// The words of the operands, which are ids that `values` maps to words; `None` if an operand is not such an id.
+/// The 32-bit words of all operands. `values` maps the ids of constants to their words; the result is `None` if an operand
+/// is not one of these ids.
 fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>> {
     let words = operands.iter().map(|operand| match operand {
         Operand::IdRef(id) => values.get(id).copied(),

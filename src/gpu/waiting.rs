@@ -1,4 +1,5 @@
-//! Waiting for commands that were submitted, and reuse of their recorders.
+//! Waiting for commands that were submitted, and reuse of the recorders (command buffers with fence and timestamps) in which
+//! they were recorded.
 
 use super::device::Device;
 use super::recorder::{PassTime, Recorder, Submission};
@@ -34,8 +35,9 @@ impl Device {
         }
     }
 
-    /// Waits for a submission and keeps its recorder for reuse. Returns the times of its regions in the order of recording,
-    /// and the time on the host from the call that submitted it to the end of the wait.
+    /// Waits for a submission and keeps its recorder (command buffer with fence and timestamps) for reuse. Returns the times
+    /// of its passes in the order of recording, and the time on the host from the call that submitted it to the end of the
+    /// wait.
     ///
     /// # Errors
     /// The device is lost.
@@ -57,8 +59,8 @@ impl Device {
         Ok((times, taken))
     }
 
-    /// Keeps a recorder for later commands, and destroys the descriptor pools of its last commands, which must not be
-    /// running.
+    /// Keeps a recorder (command buffer with fence and timestamps) for later commands, and destroys `pools`, the descriptor
+    /// pools of its last commands. These commands must not be running.
     pub(super) fn keep(&self, recorder: Recorder, pools: &[vk::DescriptorPool]) {
         for pool in pools {
             // SAFETY: the commands do not run.
@@ -72,7 +74,7 @@ impl Device {
     }
 
     /// Waits until no submission runs; called before an object that submissions may use is destroyed. The submissions stay
-    /// in the list, so that [`Device::wait_for_running`] still returns their times.
+    /// in the device's list of running ones, so that [`Device::wait_for_running`] still returns their times.
     pub(super) fn wait_before_drop(&self) {
         let Ok(running) = self.running.lock() else {
             return;

@@ -3,7 +3,7 @@
 use super::Image;
 use crate::{Error, Result};
 
-/// The colour of each pixel of an image, and the layer and the kind of the channels that hold it.
+/// The colour of each pixel of an image, the layer of its channels, and whether it comes from a grey channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Colors {
     /// Red, green and blue of each pixel, row by row from the top. Grey is repeated in all three.
@@ -47,9 +47,9 @@ impl Image {
         })
     }
 
-    /// The layer with float channels of all of `names` and none of `others`; `None` if no layer has them. Channels without a
-    /// layer come first and are called ""; then comes the only layer, then the only one named Combined. Several other layers
-    /// are an error.
+    /// The layer that has float channels of all of `names` and none of `others`; `None` if there is none. If several layers
+    /// have them, it is the channels without a layer, which count as the layer "", or else the only layer named Combined. If
+    /// neither exists, it is an error.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
         let layers = self.channels.keys().filter_map(|channel| {
             let layer = channel.strip_suffix(names[0])?;

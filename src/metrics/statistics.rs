@@ -230,8 +230,8 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     kolmogorov_tail((size + 0.12 + 0.11 / size) * statistic)
 }
 
-/// Probability that, in a random order of `n` and `m` values, the two empirical distribution functions differ by at least
-/// `distance`/(`n` `m`) at any point.
+/// Probability that the empirical distribution functions of two samples of one distribution, with `n` and `m` values, differ
+/// by at least `distance`/(`n` `m`) at any point. All orders of the pooled values are equally likely.
 fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
     // The fraction of orders of the first i and j values that stay below the distance. The last value
     // is one of the i with probability i/(i + j).

@@ -45,7 +45,7 @@ pub fn find(name: &str) -> Result<&'static Procedural> {
 /// Checks that the scene with this name has the parameters in `settings` (pairs of name and value), without generating it.
 ///
 /// # Errors
-/// No scene has this name, it lacks a parameter, or a value is out of range.
+/// No scene has this name, a name in `settings` is not one of its parameters, or a value is out of range.
 pub fn check(name: &str, settings: &[(String, String)]) -> Result<()> {
     Values::new(find(name)?, settings).map(drop)
 }

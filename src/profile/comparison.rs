@@ -13,11 +13,13 @@ pub struct Limits {
     pub memory: f64,
 }
 
-/// The fraction of the frame's time below which a pass is not compared, because noise of the timer is most of its time.
+/// The fraction of the frame's time below which a pass is not compared with the earlier profile. The times of shorter passes
+/// are mostly noise of the timer.
 const SMALLEST_PASS: f64 = 0.02;
 
-/// Refuses an earlier profile that cannot be compared, before anything is rendered. `earlier_name` is its file name, for the
-/// error message.
+/// Refuses an earlier profile that cannot be compared with the one to be made, before anything is rendered. `ours` and
+/// `circumstances` describe the profile to be made. `earlier_name` is the file name of the earlier one, for the error
+/// message.
 ///
 /// # Errors
 /// The format version, the number of frames in flight, or a part of the subject other than settings and number of timed
@@ -68,9 +70,9 @@ pub fn check_comparable(
     }
 }
 
-/// One sentence for each time, or memory size, that is worse than the limits allow; empty if none is. To be worse, a time
-/// must also exceed the earlier 95th percentile. A pass that the earlier profile lacks is worse if it takes at least 2 % of
-/// the frame.
+/// Compares a profile with an earlier one, and returns one sentence for each time or memory size that is worse than `limits`
+/// allow; empty if none is. A time is worse only if it also exceeds the earlier 95th percentile. A pass that the earlier
+/// profile lacks is worse if it takes at least 2 % of the frame.
 pub fn slower(now: &Profile, earlier: &Profile, limits: Limits) -> Vec<String> {
     let mut found = Vec::new();
     // Beyond the limit, and beyond what the earlier frames themselves varied by.

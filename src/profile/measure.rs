@@ -1,5 +1,5 @@
-//! The loop over frames that is timed. It reads nothing back from the device, except a counter after each frame on drivers
-//! that end long loops.
+//! The loop over frames that is timed. It reads nothing back from the device. The exception is a counter after each frame on
+//! drivers that end long loops ([`DeviceInfo::loop_turns`](crate::gpu::DeviceInfo::loop_turns)).
 
 use crate::Result;
 use crate::gpu::{Device, PassTime};
@@ -10,7 +10,8 @@ use std::time::Instant;
 /// The numbers of frames that a profile renders.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// Number of frames before the timed ones, which compile the shaders and fill the history.
+    /// Number of frames that are rendered before the timed ones, to compile the shaders and to fill the history (what a
+    /// frame reuses of earlier frames).
     pub warm_up: u32,
     /// Number of timed frames, which follow the warm-up.
     pub frames: u32,
@@ -28,8 +29,8 @@ pub struct Frame {
     pub start: f64,
     /// Time on the host from the start of this frame to the start of the next one, in milliseconds.
     pub host: f64,
-    /// Time from the submission of the frame to the end of the wait for it, in milliseconds; 0 with several frames in
-    /// flight.
+    /// Time from the submission of the frame to the end of the wait for it, in milliseconds, summed over the submissions of
+    /// the frame; 0 with several frames in flight.
     pub submitted: f64,
     /// Times of the passes on the device, one entry per run in the order of the runs. Path tracing has one entry per pass,
     /// and a device without timestamps has none.

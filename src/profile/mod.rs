@@ -24,7 +24,7 @@ pub const VERSION: u32 = 1;
 /// `frames`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Subject {
-    /// Hash of the scene's contents, 64 hexadecimal digits.
+    /// BLAKE3 hash of the scene's contents, 64 hexadecimal digits.
     pub scene: String,
     /// The settings of the renderer as a JSON object, in which each `auto` is replaced by the choice for this scene.
     pub settings: serde_json::Value,
@@ -43,22 +43,25 @@ pub struct Subject {
     /// The time of frame 0 in seconds, and the number of frames per second (`None` if all frames show this time). The whole
     /// is `None` if nothing in the scene moves.
     pub clock: Option<(f64, Option<f64>)>,
-    /// Number of frames before the timed ones, which compile the shaders and fill the history.
+    /// Number of frames that are rendered before the timed ones, to compile the shaders and to fill the history (what a
+    /// frame reuses of earlier frames).
     pub warm_up: u32,
     /// Number of timed frames, from which medians and percentiles are computed.
     pub frames: u32,
 }
 
-/// The conditions of a run. Profiles are compared even if the conditions differ, except `in_flight`.
+/// The conditions of a run that are not part of its [`Subject`]. Two profiles can be compared although their conditions
+/// differ, except if `in_flight` differs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Circumstances {
     /// Name and version of the device's driver, as one text.
     pub driver: String,
     /// Name of the tracer, the method that traces rays: `ray-query` or `compute-bvh`.
     pub tracer: String,
-    /// Name of the access of shaders to the scene's buffers: by bindings or by address.
+    /// Name of the way in which shaders access the scene's buffers: `storage-buffers` (by bindings) or `buffer-addresses`.
     pub geometry: String,
-    /// Git commit of Headwater, with a `+` if files had been changed; empty for a build outside a checkout.
+    /// Git commit of Headwater, the first 12 digits of its hash; a `+` follows if tracked files had been changed. Empty for
+    /// a build outside a checkout.
     pub commit: String,
     /// The maximum number of frames that are submitted but not finished. With more than 1, only the host's times cover whole
     /// frames.
@@ -98,8 +101,8 @@ pub struct Pass {
     /// Time in which the driver made the pipeline of the pass, on the host, in milliseconds. If the pass has several
     /// pipelines, it is that of the first one; 0 if there is no record.
     pub pipeline: f64,
-    /// Rays, lanes and bytes of the pass in the first timed frame, counted in a separate run with other shaders; all 0 if
-    /// the pass counts nothing.
+    /// Number of rays, active lanes of subgroups, bytes read and written, and others, of the pass in the first timed frame.
+    /// They are counted in a separate run with other shaders; all are 0 if the pass counts nothing.
     pub counts: Counts,
     /// Statistics of the driver's compiler about the pass, pairs of name and value; empty if the driver reports none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -209,7 +212,7 @@ impl Profile {
         }
     }
 
-    /// Size of all buffers and images together, in bytes.
+    /// Size of all buffers and images together after the last frame, in bytes.
     pub fn bytes(&self) -> u64 {
         self.memory.iter().map(|memory| memory.bytes).sum()
     }

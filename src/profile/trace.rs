@@ -4,8 +4,8 @@
 use super::Frame;
 use serde_json::{Value, json};
 
-/// Index (`tid`) of the trace's track for the frames on the host; `DEVICE` is that of the track for frames and passes on the
-/// device.
+/// Index (`tid`) of the trace's track for the frames on the host. `DEVICE` is the index of the track for the frames and
+/// passes on the device.
 const HOST: u32 = 1;
 const DEVICE: u32 = 2;
 

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Version of the form of `golden.json`. A list of another version is refused.
 const VERSION: u32 = 1;
-/// The file name of the list of cases in the folder of a driver.
+/// The file name of the list of golden frames in the folder of a driver.
 const LIST: &str = "golden.json";
 
 /// A hash of one buffer after one pass of one frame. The first step that differs from the golden steps shows where a fault
@@ -29,7 +29,7 @@ pub struct Step {
     pub pass: String,
     /// The name of the buffer, which the pass may write.
     pub buffer: String,
-    /// A hash of all bytes of the buffer after the pass, as 16 hexadecimal digits.
+    /// The BLAKE3 hash of all bytes of the buffer after the pass: its first 16 hexadecimal digits.
     pub hash: String,
 }
 
@@ -51,7 +51,8 @@ pub struct Golden {
     /// The arguments of `render` with which the case was rendered. If the case has other arguments now, the golden frame is
     /// refused.
     pub arguments: String,
-    /// A hash of the EXR file of the picture, as 16 hexadecimal digits, by which a damaged file is found.
+    /// The BLAKE3 hash of the EXR file of the picture, its first 16 hexadecimal digits. It shows whether the file is
+    /// damaged.
     pub picture: String,
     /// The hashes of the outputs of all passes, in the order in which the passes ran.
     pub steps: Vec<Step>,
@@ -65,7 +66,8 @@ pub struct Goldens {
     pub device: String,
     /// Name and version of the driver that rendered the golden frames.
     pub driver: String,
-    /// The revision of Headwater that wrote the set. Golden frames that `--only` left in place may come from an older
+    /// The revision of Headwater that wrote the set: a git commit of 12 hexadecimal digits, then `+` if files had been
+    /// changed. It is empty for a build outside a checkout. Golden frames that `--only` left in place may come from an older
     /// revision.
     pub commit: String,
     /// The golden frames by the names of their cases.
@@ -74,8 +76,9 @@ pub struct Goldens {
     folder: PathBuf,
 }
 
-/// The name of the folder for a device and its driver. It consists of their names and the driver's version, which must be
-/// equal for equal bits: drivers put the version of their compiler and the width of vectors into them.
+/// The name of the folder for a device and its driver: their names and the driver's version, joined by hyphens. A driver
+/// that may compute other bits has another folder, because drivers put the version of their compiler and the width of
+/// vectors into these names.
 fn folder_name(device: &DeviceInfo) -> String {
     let text = format!("{} {}", device.name, device.driver);
     let letters = text.chars().map(|c| {
@@ -96,13 +99,13 @@ pub struct Blessing {
     goldens: Goldens,
     /// The pictures of the cases that were rendered for this set, by the names of the cases.
     pictures: BTreeMap<String, Image>,
-    /// The folder that has one folder per driver.
+    /// The folder of all golden frames, which has one folder per driver.
     folder: PathBuf,
     /// The paths of this driver's set.
     locations: Locations,
 }
 
-/// The beginning of the names of temporary folders in which sets are written.
+/// The beginning of the names of temporary folders, in which new sets of golden frames are written.
 const WORK: &str = ".golden-";
 
 impl Blessing {
@@ -138,8 +141,8 @@ impl Blessing {
         self.pictures.insert(case.name.clone(), image);
     }
 
-    /// Adds the cases of the driver's set on disk, if there is one; cases that are added later replace them.
-    /// [`Self::finish`] copies their pictures.
+    /// Adds the cases of the driver's set on disk, if there is one, so that `--only` keeps the cases that it does not
+    /// render. Cases that are added later replace them. [`Self::finish`] copies the pictures of those that remain.
     ///
     /// # Errors
     /// The list of the set on disk cannot be read, is damaged, or has another version.
@@ -211,7 +214,7 @@ impl Blessing {
     }
 }
 
-/// The paths where the set of a driver can be.
+/// The paths where the set of golden frames of a driver can be.
 struct Locations {
     target: PathBuf,
     /// The path of the older set while a new set takes its place.
@@ -251,8 +254,8 @@ fn picture(folder: &Path, name: &str) -> PathBuf {
 }
 
 impl Goldens {
-    /// The revision of Headwater that made the golden frames, if it is known and differs from the revision of this program: then a
-    /// difference may come from a change of Headwater, and not from the driver.
+    /// The revision of Headwater that made the golden frames, if it differs from that of this program. Then a difference may
+    /// come from a change of Headwater, and not from the driver. `None` if both are equal or the revision is unknown.
     pub fn other_revision(&self) -> Option<&str> {
         let made_by = Some(self.commit.as_str()).filter(|commit| !commit.is_empty())?;
         (made_by != env!("HEADWATER_COMMIT")).then_some(made_by)

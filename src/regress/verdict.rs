@@ -23,17 +23,16 @@ pub enum Verdict {
     Skipped(String),
 }
 
-/// The largest difference between two drivers' values of a channel, as a fraction of the larger value, with which the values
-/// still agree.
+/// Two drivers' values of a channel agree if their difference is at most this fraction of the larger value.
 const NEAR: f32 = 1e-3;
-/// The largest fraction of pixels that may disagree with another driver's picture: where rounding changes a choice, a path
-/// takes another direction.
+/// The largest fraction of pixels that may disagree with another driver's picture. Some do, because rounding can change a
+/// choice, and the path then takes another direction.
 const MAX_APART: f64 = 0.05;
 /// The largest difference between the means of two drivers' pictures, in standard errors of this difference: rounding must
 /// make a picture neither brighter nor darker.
 const MAX_DEVIATIONS: f64 = 4.0;
-/// The largest difference between the means of two drivers' pictures, as a fraction of the golden mean, that passes in any
-/// case.
+/// The largest difference between the means of two drivers' pictures, as a fraction of the golden mean, that is always
+/// accepted, even if it is many standard errors.
 const ROUNDING: f64 = 1e-4;
 
 /// Compares with a golden frame of the same driver: every bit of the picture and of the outputs of passes must be equal.

@@ -27,7 +27,7 @@ use std::sync::Arc;
 #[must_use]
 pub struct RendererBuilder<'a> {
     scene: &'a Scene,
-    /// `None`: those of the default preset.
+    /// The settings of the renderer. `None`: those of the default preset, `balanced`.
     settings: Option<Settings>,
     camera: Option<Camera>,
     size: (u32, u32),
@@ -89,7 +89,8 @@ impl<'a> RendererBuilder<'a> {
         self
     }
 
-    /// Sets the seed of all random numbers. The same seed gives the same bits on the same driver.
+    /// Sets the seed of all random numbers. Two runs with the same seed and the same driver give the same picture, bit for
+    /// bit.
     pub fn seed(mut self, seed: u32) -> Self {
         self.seed = seed;
         self

@@ -4,8 +4,9 @@ use crate::device_scene::Units;
 use crate::scene::Camera;
 use crate::shader_interface::GpuCamera;
 
-/// A pinhole camera for a picture of `width` × `height` pixels, relative to the device's origin and in its unit of length.
-/// The vertical field of view is that of `camera`; the horizontal one follows from the picture's aspect ratio.
+/// The camera that shaders read: a pinhole camera for a picture of `width` × `height` pixels. Its position is in the
+/// device's coordinates, to which `units` converts those of the scene. The vertical field of view is that of `camera`; the
+/// horizontal one follows from the picture's aspect ratio.
 pub fn gpu_camera(camera: &Camera, units: &Units, width: u32, height: u32) -> GpuCamera {
     let axes = camera.camera_to_world.matrix3;
     let half_height = (0.5 * camera.vertical_fov).tan();

@@ -13,7 +13,8 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Checks both values. `start_time` and `fps` are the names that messages give them, such as the names of options.
+    /// Checks that both values can be used. The arguments are the names of the two values in error messages, such as
+    /// `--start-time` and `--fps`.
     ///
     /// # Errors
     /// The start time is not finite, or the number of frames per second is not positive and finite.
@@ -39,7 +40,8 @@ impl Clock {
         }
     }
 
-    /// A stopped clock, whose frames all show the time that this clock gives to the frame with the index `frame`.
+    /// A stopped clock: each of its frames shows the time that this clock gives to the frame with the index `frame`. With
+    /// it, path tracing can add up many samples of one moment of an animation.
     pub fn stopped_at(&self, frame: u32) -> Self {
         Self {
             start_time: self.time(frame),

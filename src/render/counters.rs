@@ -1,4 +1,5 @@
-//! Counters of passes: rejected values always; rays, lanes, neighbours and bytes on request.
+//! Counters of passes. Faults, such as rejected values, are always counted; rays, lanes, neighbours and bytes only on
+//! request, because this costs time.
 
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::shader_interface::Specialisation;
@@ -19,36 +20,41 @@ pub struct Counts {
     pub pass: String,
     /// The number of rays that were traced.
     pub rays: u64,
-    /// The number of lanes that traced a ray, and the number of all lanes of their subgroups, added up over all steps that
-    /// trace.
+    /// Two sums over all times at which a subgroup traces rays: first the number of lanes that trace a ray, then the number
+    /// of all lanes of the subgroup. Their ratio is the fraction of lanes in use.
     pub trace_lanes: [u64; 2],
-    /// The number of lanes that evaluated a target function of a merge, and the number of all lanes of their subgroups,
-    /// added up over all evaluations.
+    /// Two sums over all times at which a subgroup evaluates a target function in a merge: first the number of lanes that
+    /// evaluate it, then the number of all lanes of the subgroup. Their ratio is the fraction of lanes in use.
     pub merge_lanes: [u64; 2],
-    /// The number of reservoirs of neighbours, of the previous frame, or of world reservoirs that were merged.
+    /// The number of reservoirs that pixels and path vertices merged with their own: those of neighbouring pixels, those of
+    /// the previous frame, and world reservoirs (the reservoirs of path vertices).
     pub neighbours: u64,
-    /// The number of path vertices that have a world reservoir.
+    /// The number of path vertices that have a world reservoir, which holds a light sample for path vertices of the next
+    /// frame.
     #[serde(default)]
     pub vertices: u64,
-    /// The number of cells in the table of world reservoirs that hold a vertex.
+    /// The number of cells of space that hold at least one vertex in the table of world reservoirs (the reservoirs of path
+    /// vertices).
     #[serde(default)]
     pub cells: u64,
-    /// The number of slots for cells in the table of world reservoirs.
+    /// The number of slots in the table of world reservoirs (the reservoirs of path vertices). A slot can hold one cell of
+    /// space.
     #[serde(default, rename = "places")]
     pub slots: u64,
-    /// The number of path vertices whose world reservoir cannot be found: their cell has no slot in the table, or another
-    /// vertex took their slot in the list of the cell.
+    /// The number of path vertices whose world reservoir cannot be found by the next frame: their cell has no slot in the
+    /// table, or another vertex took their slot in the list of the cell. This gives more noise, but no bias.
     #[serde(default)]
     pub dropped: u64,
     /// The number of rays that hit a surface.
     #[serde(default)]
     pub hits: u64,
-    /// The number of bytes read from sample data, reservoirs, pilots, light lists, points and samples of world reservoirs,
-    /// colour and sums.
+    /// The number of bytes read from the buffers of frames: surfaces of pixels, reservoirs, pilots (the first BSDF rays),
+    /// light lists, world reservoirs, radiance and its sums. Reads of the scene, and of the table that finds world
+    /// reservoirs, do not count.
     #[serde(default)]
     pub bytes_read: u64,
-    /// The number of bytes written to sample data, reservoirs, pilots, light lists, points and samples of world reservoirs,
-    /// colour and sums.
+    /// The number of bytes written to the buffers of frames: surfaces of pixels, reservoirs, pilots (the first BSDF rays),
+    /// light lists, world reservoirs, radiance and its sums. Writes to the table that finds world reservoirs do not count.
     #[serde(default)]
     pub bytes_written: u64,
 }
@@ -95,7 +101,7 @@ pub struct Counters {
 
 impl Counters {
     /// Makes the counters of an integrator, all 0. With `counting`, passes also count rays, lanes, neighbours and bytes,
-    /// which costs time; otherwise only faults.
+    /// which costs time; otherwise only faults (rejected values, and loops that the driver ended early).
     pub fn new(device: &Arc<Device>, counting: bool) -> Result<Self> {
         let mut made = Self {
             buffer: Buffer::new(device, "counters", 4 * LENGTH as u64, Usage::default())?,
@@ -108,8 +114,8 @@ impl Counters {
         Ok(made)
     }
 
-    /// The constants `specialisation` of the pass with the name `pass`, with the range of its counters. Passes with the same
-    /// name have the same range.
+    /// Returns a copy of `specialisation` with which the pass named `pass` counts: it has the index of the first counter of
+    /// the pass, and whether the pass counts more than faults. Passes with the same name share their counters.
     ///
     /// # Errors
     /// All ranges of the buffer belong to other passes.

@@ -4,9 +4,10 @@ use crate::shader_interface::{ALBEDO_CELLS, MIRROR_ROUGHNESS};
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// The number of points over which each table entry is integrated. Higher: a smaller error, but the table takes longer to
-/// make; with this number, the error is below 5e-4. (A grid with the same number of points has ten times that error, because
-/// the integrand ends in a step where the reflected direction leaves the hemisphere.)
+/// The number of points over which the albedo is integrated for each entry of the table. Higher: a smaller error, but the
+/// table takes longer to make; with this number, the error of an albedo is below 5e-4. (A grid with the same number of
+/// points has ten times that error, because the integrand ends in a step where the reflected direction leaves the
+/// hemisphere.)
 const POINTS: u32 = 4096;
 
 /// Directional albedo of GGX with height-correlated Smith masking under Schlick's Fresnel. The result is the part that F0

@@ -5,7 +5,7 @@ use crate::gpu::Buffer;
 
 /// The buffers and numbers of one frame that all passes of resampling use.
 pub struct FrameInputs<'a> {
-    /// The scene, the light BVH and the tables, which every pass may bind.
+    /// The scene, the light BVH, and the table of specular albedos, which every pass may bind.
     pub scene: &'a SceneBindings,
     /// The sample data of this frame: the primary surface of each pixel.
     pub sample_data: &'a Buffer,

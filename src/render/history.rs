@@ -33,8 +33,8 @@ impl<T> History<T> {
         (self.copies.len() == 2 && self.advances.get() > 1).then(|| self.spare())
     }
 
-    /// The copy that is not current. It holds the data of the previous frame until a pass that reads the current copy
-    /// overwrites it. With one copy, it is the current copy.
+    /// The copy that is not current; with one copy, it is the current one. It holds the data of the previous frame, until a
+    /// pass replaces them by what it makes from the current copy.
     pub fn spare(&self) -> &T {
         &self.copies[(self.current.get() + 1) % self.copies.len()]
     }

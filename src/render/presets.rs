@@ -72,8 +72,8 @@ impl Preset {
     /// The default settings with the changes of this preset.
     ///
     /// # Errors
-    /// The text of the preset is not valid TOML, or has an unknown key or a value out of range. A test checks that no preset
-    /// of this build does.
+    /// The text of the preset is not valid TOML, or has an unknown key or a value out of range. A test checks that all
+    /// presets of this build are valid.
     pub fn settings(&self) -> Result<Settings> {
         // A plan asks for them once for each of its configurations.
         static PARSED: LazyLock<HashMap<&str, Settings>> = LazyLock::new(|| {

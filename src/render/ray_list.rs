@@ -1,5 +1,5 @@
-//! A tracer of lists of rays. The light BVH measures its boxes of influence with it, and tests and benchmarks the ray
-//! tracers.
+//! A tracer of lists of rays. The light BVH uses it to limit its boxes of influence (the boxes within which lights are
+//! found). Tests and benchmarks use it to compare ray tracers.
 
 use super::counters::Counters;
 use crate::Result;
@@ -30,7 +30,7 @@ pub struct RayTracer {
 }
 
 impl RayTracer {
-    /// Uploads `rays`, whose origins are relative to the scene's origin, in scene units.
+    /// Uploads `rays`. Their origins are in scene units, relative to the point of the world that `scene` has at zero.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or the shader's interface cannot be bound by name.

@@ -220,8 +220,9 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Renders a frame only as the history of later frames, without adding it to the sums. If frames do not depend on each
-    /// other, it only moves the scene, so that the next frame has motion vectors.
+    /// Renders the frame with the index `index` only as the history of later frames, without adding it to the sums of
+    /// radiance. If frames do not depend on each other, it only moves the scene, so that the next frame has motion vectors,
+    /// and returns no times.
     pub fn skip_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         if !self.integrator.has_history() {
@@ -237,27 +238,31 @@ impl Renderer {
         self.integrator.bytes() as f64 / (f64::from(width) * f64::from(height))
     }
 
-    /// Sets the seed of the next frames, forgets the history, and sets the sums to zero.
+    /// Begins a new run: sets the seed of the next frames, forgets the history (the data of earlier frames), and sets the
+    /// accumulated sums of radiance to zero.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.shown = [None; 2];
         self.sums.clear()?;
         self.integrator.restart(seed)
     }
 
-    /// Submits a frame of resampling without waiting for it; [`Device::wait_for_running`] waits and returns the times. With
-    /// path tracing, this method waits and returns the times.
+    /// Submits the frame with the index `index` without waiting for it, and returns `None`; [`Device::wait_for_running`]
+    /// waits and returns the times of its passes. With path tracing, this method waits and returns the times itself.
     pub fn submit_frame(&mut self, index: u32) -> Result<Option<Vec<PassTime>>> {
         let camera = self.begin()?;
         self.integrator.submit(index, camera, &mut self.sums)
     }
 
-    /// Renders the frame with the index `index` alone, for [`Self::frame_radiance`]. Returns the time of each run of a pass.
+    /// Renders the frame with the index `index` without adding it to earlier samples; [`Self::frame_radiance`] then reads
+    /// it. With path tracing, it replaces the accumulated sums. Returns the time of each run of a pass.
     pub fn single_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         self.integrator.render(index, camera, &mut self.sums)
     }
 
-    /// Replaces the sums by the last single frame, so that they contain this one sample.
+    /// Replaces the accumulated sums of radiance by the radiance of the last single frame, so that [`Self::sums`] returns
+    /// this one sample. It is called after the last [`Self::single_frame`] of a run. With path tracing, the sums hold the
+    /// sample already.
     pub fn keep_single_frame(&mut self) -> Result<()> {
         // Without a picture of its own it is there already, alone.
         if let Some(color) = self.integrator.color() {
@@ -267,7 +272,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// The radiance of the last frame on the device, or for path tracing the sums, to which its samples are added directly.
+    /// The location on the device of the last frame's radiance. With path tracing, it is that of the sums of all samples, in
+    /// one part per strip of the picture.
     fn radiance(&self) -> Vec<Radiance<'_>> {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.color().map_or_else(

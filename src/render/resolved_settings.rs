@@ -17,7 +17,8 @@ use std::ops::Deref;
 /// power often find the lights that matter at the pixel, and walks through the tree would cost time without benefit.
 const MANY_LIGHTS: usize = 64;
 
-/// The settings for one scene and one limit of bounces, without open decisions. Passes are made from them.
+/// The settings for one scene and one limit of bounces. Every decision that depends on the scene is made in them, such as
+/// that of `candidates=auto`. Passes are made from these settings.
 #[derive(Clone, Debug)]
 pub struct ResolvedSettings {
     settings: Settings,
@@ -35,8 +36,9 @@ impl Deref for ResolvedSettings {
 
 impl ResolvedSettings {
     /// The settings for a scene and for paths with at most `bounces` scattering events. `candidates=auto` becomes
-    /// `light-bvh` or `power`, and world reservoirs are switched off if there are fewer than `world_reservoirs.min_lights`
-    /// lights or fewer than two emitter groups.
+    /// `light-bvh` or `power`. If `world_reservoirs.min_lights` is not 0, world reservoirs (the reservoirs of path vertices)
+    /// are switched off in scenes with fewer lights than this, or with fewer than two emitter groups (triangles with common
+    /// corners form one group).
     pub fn new(settings: &Settings, scene: &GpuScene, bounces: u32) -> Self {
         let mut resolved = Self {
             settings: settings.clone(),
@@ -112,7 +114,8 @@ impl ResolvedSettings {
         })
     }
 
-    /// The number of world reservoirs and the size of their table, for a picture with `slots` slots for pixels.
+    /// The number of world reservoirs and the size of their table, for a picture with `slots` slots for pixels (the pixels,
+    /// padded to whole tiles).
     pub fn world_size(&self, slots: u64) -> WorldSize {
         let is_used =
             self.world_reservoirs() != WorldReservoirs::None && self.renders(Lighting::Indirect);
@@ -122,8 +125,8 @@ impl ResolvedSettings {
 
 /// The number of lights, and the number of emitter groups that they form (triangles with common corners form one group).
 /// Distant lights do not count, since the light BVH does not contain them and every vertex finds them. With
-/// `sets_rare_apart`, rare lights do not count, because reservoirs do not hold them. `groups` has the group of each emissive
-/// triangle.
+/// `sets_rare_apart`, rare lights (the dimmest ones) do not count, because reservoirs do not hold them. `groups` has the
+/// group of each emissive triangle.
 fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
         |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));

@@ -28,8 +28,8 @@ pub trait SceneResource: Send + Sync {
 pub struct SceneBindings {
     /// The scene on the device.
     pub scene: Arc<GpuScene>,
-    /// The specialisation constants that the scene and the model of energy decide. Integrators set the other constants in a
-    /// copy.
+    /// The specialisation constants that follow from the scene and from the settings `energy` and `variant`. Integrators set
+    /// the other constants in a copy.
     pub specialisation: Specialisation,
     specular_albedo: Buffer,
     light_bvh: Box<dyn SceneResource>,
@@ -37,8 +37,8 @@ pub struct SceneBindings {
 }
 
 impl SceneBindings {
-    /// Binds a scene to passes. If shaders compensate the energy that single scattering loses, it also makes the table that
-    /// they look up.
+    /// Collects the resources and constants from which the passes of a renderer are made. If shaders compensate the energy
+    /// that single scattering loses, it also makes the table of specular albedos that they read.
     ///
     /// # Errors
     /// The table exceeds a limit or the free memory of the device.

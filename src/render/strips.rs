@@ -1,16 +1,19 @@
-//! A picture in strips of rows, with separate buffers for each strip: a device binds a limited number of bytes at once (128
-//! MiB in lavapipe), and drivers of displays end a submission that takes too long.
+//! A picture in strips of whole rows, with a separate buffer for each strip. A device binds a limited number of bytes at
+//! once (128 MiB in lavapipe), and the driver of a GPU that also drives a display may abort a submission that takes too
+//! long.
 
 use crate::gpu::{Buffer, Device, Usage};
 use crate::shader_interface::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The maximum number of pixels in a strip: about one second of path tracing on two cores. Higher: fewer submissions, but
-/// drivers of displays may end one that takes too long.
+/// The maximum number of pixels in a strip, which is one submission: about one second of path tracing with a software driver
+/// on two CPU cores. A higher limit means fewer submissions, but the driver of a GPU that also drives a display may abort a
+/// submission that takes too long.
 const MAX_PIXELS: u64 = 1 << 20;
 
-/// The maximum width or height of a picture in pixels: Vulkan guarantees 65,535 workgroups along an axis.
+/// The maximum width or height of a picture in pixels: Vulkan guarantees 65,535 workgroups along an axis, and a workgroup
+/// covers a tile of `TILE` × `TILE` pixels.
 const MAX_SIDE: u32 = 65_535 * TILE;
 
 /// Checks that a side of `pixels` pixels has no more tiles than every device can dispatch along an axis.

@@ -6,9 +6,9 @@ use glam::{DAffine3, DVec3};
 /// An axis-aligned box: in world space around instances and scenes, in object space around a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Bounds {
-    /// The smallest x, y and z of all points in the box, in scene units.
+    /// The smallest x, y and z of all points in the box, in scene units, or in the mesh's units around a mesh.
     pub min: DVec3,
-    /// The largest x, y and z of all points in the box, in scene units.
+    /// The largest x, y and z of all points in the box, in scene units, or in the mesh's units around a mesh.
     pub max: DVec3,
 }
 
@@ -35,7 +35,8 @@ impl Bounds {
         })
     }
 
-    /// The axis-aligned box around the corners of this box after `transform`. It is not tight.
+    /// The axis-aligned box around the eight corners of this box after `transform`. It can be larger than the smallest box
+    /// around the transformed contents.
     pub(super) fn placed(&self, transform: &DAffine3) -> Self {
         let corners = self
             .corners()
@@ -70,7 +71,7 @@ impl Bounds {
 const MOST_VERTICES: usize = 1 << 30;
 
 /// Functions that return how far a box reaches along +X, +Y, +Z, −X, −Y and −Z: the signed distance, in scene units, from
-/// the origin to the face on that side.
+/// the origin to the face on that side. With them, `Scene::bounds` finds the instances that may enlarge its box.
 const REACHES: [fn(&Bounds) -> f64; 6] = [
     |bounds| bounds.max.x,
     |bounds| bounds.max.y,
@@ -124,7 +125,8 @@ impl Scene {
         self.placed_boxes(&bounds)
     }
 
-    /// The boxes of [`Scene::loose_boxes`], from the box of each mesh in object space, by index of the mesh.
+    /// The same boxes as [`Scene::loose_boxes`], for callers that know the boxes of the meshes. `of_meshes` has the box of
+    /// each mesh in object space, or `None` for a mesh without positions.
     pub(super) fn placed_boxes(&self, of_meshes: &[Option<Bounds>]) -> Vec<Bounds> {
         let of_instance = |instance: &Instance| {
             Some(of_meshes[instance.mesh as usize]?.placed(&instance.object_to_world))
@@ -143,8 +145,8 @@ impl Scene {
 }
 
 /// The geometric mean of the largest edges of `boxes` in scene units, approximated by a power of two; 1 if no box has an
-/// extent. It becomes the unit of length on the device. A ground of a thousand kilometres hardly changes it, while it
-/// decides the size of the whole scene.
+/// extent. It becomes the unit of length on the device. Unlike the size of the whole scene, it hardly changes with one huge
+/// instance, such as a ground of a thousand kilometres.
 pub fn usual_size(boxes: &[Bounds]) -> f64 {
     let sizes = boxes.iter().map(|bounds| bounds.size().max_element());
     let sizes = sizes.filter(|size| *size > 0.0);

@@ -7,8 +7,9 @@ use super::{
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use std::collections::{BTreeSet, HashMap};
 
-/// The fraction of the probability of selecting lights that is equal for all lights with power; the rest is in proportion to
-/// their power. It keeps the probability of even the dimmest of these lights above the resolution of 32 random bits.
+/// The fraction of light samples for which all lights with a power above 0 are equally likely. For the other samples, a
+/// light's probability is in proportion to its power. The fraction keeps the probability of the dimmest light within the
+/// resolution of the alias table's 32-bit thresholds.
 pub const UNIFORM_FRACTION: f64 = 0.1;
 
 /// An emissive triangle in world space, with the transform that its instance has at one time.
@@ -27,8 +28,8 @@ pub struct LightTriangle {
     pub normal: DVec3,
     /// Area in world space, in squared scene units.
     pub area: f64,
-    /// The factor on the material's emission as a mean over the triangle, per channel in [0, 1]: the emissive texture, and 0
-    /// in holes of an alpha mask. It is 1 without both.
+    /// The mean over the triangle of the factor on the material's emission, per channel in [0, 1]. The factor is the
+    /// emissive texture, and 0 in the holes of an alpha mask; without both it is 1.
     pub emission_mean: Vec3,
 }
 
@@ -45,8 +46,8 @@ pub struct EmitterTriangle {
     pub corners: [DVec3; 3],
     /// The corners' texture coordinates for the emissive texture, before [`Texture::transform`]; 0 if the material has none.
     pub uvs: [Vec2; 3],
-    /// The factor on the material's emission as a mean over the triangle, per channel in [0, 1]: the emissive texture, and 0
-    /// in holes of an alpha mask. It is 1 without both.
+    /// The mean over the triangle of the factor on the material's emission, per channel in [0, 1]. The factor is the
+    /// emissive texture, and 0 in the holes of an alpha mask; without both it is 1.
     pub emission_mean: Vec3,
 }
 
@@ -81,13 +82,15 @@ impl EmitterTriangle {
 }
 
 impl Scene {
-    /// True if a material that emits light at any time has an emissive texture. The device then stores light textures.
+    /// True if a material that emits light at any time has an emissive texture. The device then stores texture coordinates
+    /// for each emissive triangle.
     pub fn has_textured_lights(&self) -> bool {
         let mut materials = self.materials.iter().zip(self.emitter_materials());
         materials.any(|(material, is_emitter)| is_emitter && material.emissive_texture.is_some())
     }
 
-    /// One entry per material: true if the material is a light, which emits now or, if the scene moves, at another time.
+    /// One entry per material of the scene: true if the material emits light at the present time or at another time. A
+    /// material whose emission is animated always counts as emitting.
     pub fn emitter_materials(&self) -> Vec<bool> {
         let mut lights: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -96,7 +99,9 @@ impl Scene {
         lights
     }
 
-    /// A copy of the materials in which each emission is the largest one, per channel, of all keys of its animation.
+    /// A copy of the materials in which animated emission is replaced by its largest value over all keyframes
+    /// ([`Emission::brightest`](super::motion::Emission::brightest)). With it, powers of lights are compared for all times
+    /// together.
     pub fn brightest_materials(&self) -> Vec<Material> {
         let mut brightest = self.materials.clone();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -133,13 +138,14 @@ impl<'a> Emitters<'a> {
         }
     }
 
-    /// True if the material of `part` emits at some time. Each of its triangles can still have a black texture.
+    /// True if the material of `part` emits at some time. Some triangles of the part may still not be lights, because the
+    /// emissive texture is black there.
     pub fn may_emit(&self, part: &Part) -> bool {
         self.emitter_materials[part.material as usize]
     }
 
-    /// True if a triangle is a light. `triangle` is its index in [`Mesh::triangles`], and `part` contains it. If it is
-    /// uncertain that its texture is black, the result is true.
+    /// True if the triangle with the index `triangle` in [`Mesh::triangles`] is a light. `part` is the part that contains
+    /// the triangle. The result is also true where it is uncertain that the emissive texture is black.
     pub fn emits(&self, mesh: &Mesh, part: &Part, triangle: u32) -> bool {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         self.may_emit(part)
@@ -149,7 +155,7 @@ impl<'a> Emitters<'a> {
             })
     }
 
-    /// The number of lights among the triangles of `part`.
+    /// The number of triangles of `part` that are lights, as [`Emitters::emits`] decides.
     pub fn count(&self, mesh: &Mesh, part: &Part) -> u64 {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         match (self.may_emit(part), texture) {
@@ -254,8 +260,8 @@ pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
-/// The data of a scene from which the powers of its lights of all kinds are computed. The power of an infinitely distant
-/// light is what falls on a disc around the scene.
+/// The properties of a scene that, together with a light, give the light's power. The power of an infinitely distant light
+/// is the power that it sends to a disc with the diameter of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPowers {
     /// The area of a disc around the scene, divided by π: the square of half the scene's diagonal, in squared scene units.
@@ -266,7 +272,8 @@ pub struct LightPowers {
 }
 
 impl LightPowers {
-    /// Measures `scene`. `environment` is the integral of its environment's luminance over the sphere, `None` without one.
+    /// Measures the size of `scene`. `environment` is the integral of the environment's luminance over the sphere, as
+    /// radiance × sr, or `None` if the scene has no environment.
     pub fn of(scene: &Scene, environment: Option<f64>) -> Self {
         let bounds = Bounds::around(scene.loose_boxes().into_iter());
         Self {
@@ -302,7 +309,9 @@ impl LightPowers {
     }
 }
 
-/// The emitter of each of `count` lights: the triangles, then the punctual lights, then the environment, if there is one.
+/// The emitter of each light, in the order of [`LightPowers::of_all`]: first of all `triangles`, then of the punctual
+/// lights, then of the environment, if there is one. `count` is the number of lights of all kinds. Several triangles can
+/// have the same emitter.
 pub fn emitter_names(
     triangles: &[LightTriangle],
     count: usize,
@@ -325,8 +334,8 @@ pub struct AliasColumn {
     pub alias: u32,
 }
 
-/// A table that draws entry i in constant time (Walker 1977; Vose 1991), with a probability close to `weights[i]` / Σ
-/// weights, mixed with a uniform fraction for all entries with a weight.
+/// A table that draws an entry, such as a light, in constant time (Walker 1977; Vose 1991). The probability of an entry
+/// follows from its weight, as described at [`AliasTable::new`].
 #[derive(Clone, Debug)]
 pub struct AliasTable {
     /// One column per entry, in the order of the weights.
@@ -336,8 +345,9 @@ pub struct AliasTable {
 }
 
 impl AliasTable {
-    /// A table for finite weights ≥ 0. The fraction `uniform_share` of the probability is equal for all entries with a
-    /// weight above 0. If all weights are 0, all entries are equally likely.
+    /// A table with one entry per weight; weights must be finite and ≥ 0. The fraction `uniform_fraction` of the probability
+    /// is equal for all entries with a weight above 0, and the rest is in proportion to the weights. If all weights are 0,
+    /// all entries are equally likely.
     pub fn new(weights: &[f64], uniform_fraction: f64) -> Self {
         let count = weights.len();
         let total: f64 = weights.iter().sum();

@@ -43,7 +43,8 @@ pub struct Scene {
     pub punctual_lights: Vec<PunctualLight>,
     /// Light from infinitely far away; `None` if a ray that leaves the scene sees black.
     pub environment: Option<Environment>,
-    /// Cameras in the order of the file. Empty if the file has none; commands then use one that sees the whole scene.
+    /// Cameras in the order of the file. If it is empty, because the file has no camera, commands use a camera that sees the
+    /// whole scene.
     pub cameras: Vec<Camera>,
     /// The motion of instances, cameras, lights and emission; `None` if nothing moves. The rest is the state at time 0.
     pub motion: Option<Motion>,
@@ -142,7 +143,8 @@ pub struct Material {
     pub normal_texture: Option<Texture>,
     /// Factor on the tangent and bitangent components of the normal map, finite. With 0 the map has no effect.
     pub normal_scale: f32,
-    /// Strength of a dielectric's specular reflection (`KHR_materials_specular`), in [0, 1]. 0 makes it pure Lambert.
+    /// Strength of a dielectric's specular reflection (`KHR_materials_specular`), in [0, 1]. A dielectric with 0 is pure
+    /// Lambert.
     pub specular: f32,
     /// Linear RGB factor ≥ 0 on a dielectric's specular reflection at normal incidence (`KHR_materials_specular`).
     pub specular_color: Vec3,
@@ -220,7 +222,8 @@ impl Material {
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
     }
 
-    /// True if the material has a positive emission, before its texture and at the scene's present time.
+    /// True if `emission` is above 0 in some channel. The emissive texture is not examined, so the surface can still be
+    /// black. Animated emission counts with its present value.
     pub fn is_emissive(&self) -> bool {
         self.emission.max_element() > 0.0
     }

@@ -1,6 +1,7 @@
 //! Collection of notices about assumptions and omissions, which counts equal notices in one line, and names for messages.
 
-/// Notices by their text: each text names its first case, and only counts the later ones.
+/// Notices for the user, counted by their text. For each text it stores where the notice occurred first, and how often it
+/// occurred.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     kinds: Vec<Kind>,
@@ -14,12 +15,14 @@ struct Kind {
 }
 
 impl Tally {
-    /// Counts one case of the notice `what`. `location` names the case; it is called for the first case only.
+    /// Counts one occurrence of the notice with the text `what`. `location` names the element that the notice is about, such
+    /// as a mesh; it is called at the first occurrence only.
     pub fn add(&mut self, what: &str, location: impl FnOnce() -> String) {
         self.add_many(what, 1, location);
     }
 
-    /// Counts `count` cases of the notice `what` at one location. `location` names it; it is called for the first case only.
+    /// Counts `count` occurrences of the notice with the text `what` at one element, such as a mesh. `location` names the
+    /// element; it is called only if the notice is new.
     pub fn add_many(&mut self, what: &str, count: usize, location: impl FnOnce() -> String) {
         if count == 0 {
             return;
@@ -34,7 +37,8 @@ impl Tally {
         }
     }
 
-    /// One line per text of a notice, in the order in which they were first added.
+    /// One line per text of a notice, in the order of their first occurrence. The line also names the element of the first
+    /// occurrence and, if there were several occurrences, their number.
     pub fn into_lines(self) -> impl Iterator<Item = String> {
         self.kinds.into_iter().map(|kind| match kind.count {
             1 => format!("{}: {}", kind.what, kind.first),

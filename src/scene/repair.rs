@@ -13,8 +13,9 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 const NOTICED_TOLERANCE: f64 = 2e-2;
 
 impl Mesh {
-    /// Repairs a mesh whose indices are in range and whose numbers are finite. `index` is the mesh's index in the scene, for
-    /// the notices, which are added to `tally`.
+    /// Removes triangles without area and unused vertices, makes normals and tangents unit vectors, fills missing normals,
+    /// and clamps colours. Indices must be in range and numbers finite. `index` is the mesh's index in the scene, for the
+    /// notices, which are added to `tally`.
     pub(super) fn repair(&mut self, index: usize, tally: &mut Tally) {
         let name = self.name.clone();
         let location = || label("mesh", index, &name);
@@ -79,7 +80,8 @@ impl Mesh {
         before - kept
     }
 
-    /// Normalises all normals except those of zero length. Returns how many were outside of [`NOTICED_TOLERANCE`].
+    /// Normalises all normals except those of zero length. Returns the number of normals whose length differed from 1 so
+    /// much ([`NOTICED_TOLERANCE`]) that the user gets a notice.
     fn normalize_normals(&mut self) -> usize {
         let mut odd = 0;
         for normal in &mut self.normals {
@@ -109,7 +111,8 @@ impl Mesh {
     }
 
     /// Gives vertices with a normal of zero length the geometric normal of their triangle. A vertex of triangles with
-    /// different normals is duplicated; if no vertex has a normal, all are removed. Returns how many normals were missing.
+    /// different normals is duplicated. If all normals are missing, the list of normals becomes empty instead. Returns how
+    /// many normals were missing.
     fn fill_missing_normals(&mut self) -> usize {
         let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
         let missing = is_missing.iter().filter(|&&m| m).count();

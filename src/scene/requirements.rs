@@ -6,12 +6,14 @@ use super::{AlphaMode, Material, Mesh, Scene};
 use crate::shader_interface::MIRROR_ROUGHNESS;
 
 /// The features of a scene that need support in the renderer. Shaders leave out the code of features that are not needed.
-/// Only meshes with an instance count, and only materials of their triangles. A light is a material that emits at any time.
+/// Meshes without an instance have no effect, and neither do materials that no triangle has. A light is a material that
+/// emits at any time.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Requirements {
     /// The number of triangles in the world, for reports: those of each mesh, times its instances.
     pub triangles: u64,
-    /// The number of triangles in the world that emit light at some time; 0 if the scene needs no emissive triangles.
+    /// The number of triangles in the world that emit light at some time, for reports: those of each mesh, times its
+    /// instances.
     pub emissive_triangles: u64,
     /// The number of instances of meshes, for reports.
     pub instances: u64,

@@ -5,8 +5,8 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Vec2, Vec3, Vec4};
 
 impl Mesh {
-    /// Gives tangents to those triangles with normal maps that have none; without any normal map, all tangents are removed.
-    /// Vertices whose triangles need different tangents are duplicated. The mesh must be valid.
+    /// Computes tangents for triangles that have a normal map but lack tangents; if no part of the mesh has a normal map,
+    /// all tangents are removed. Vertices whose triangles need different tangents are duplicated. The mesh must be valid.
     pub(crate) fn make_tangents(&mut self, materials: &[Material]) {
         let mapped = self.parts.iter().filter_map(|part| {
             let texture = materials[part.material as usize].normal_texture?;

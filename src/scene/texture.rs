@@ -44,7 +44,8 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// The texture that shows the image with this index, repeated and interpolated, by the first set of coordinates.
+    /// The texture that shows the image with the index `image` in [`Scene::images`](super::Scene::images). It is repeated
+    /// and interpolated, and uses the first set of texture coordinates without a transform.
     pub fn plain(image: u32) -> Self {
         Self {
             image,
@@ -105,11 +106,13 @@ pub struct LitTexels {
     size: [u32; 2],
     /// Number of blocks along the width of the image.
     columns: usize,
-    /// A summed-area table with rows of `columns` + 1 entries: the number of lit blocks above and left of a block's corner.
+    /// A summed-area table with rows of `columns` + 1 entries, one per corner of a block. It counts the blocks above and
+    /// left of the corner that are lit, which means not all black.
     lit_before: Vec<u32>,
 }
 
-/// Texels along each side of a block. Larger blocks need less memory, but recognise fewer black triangles.
+/// Texels along each side of a block of [`LitTexels`], which stores for each block only whether it is all black. Larger
+/// blocks need less memory, but recognise fewer black triangles.
 const BLOCK: u32 = 8;
 
 impl LitTexels {
@@ -161,15 +164,17 @@ impl LitTexels {
         (rows.iter()).any(|rows| columns.iter().any(|columns| self.has_lit(*columns, *rows)))
     }
 
-    /// True if a block is lit in the columns `left` to `right` and the rows `top` to `bottom`, including the last ones.
+    /// True if any block in the columns `left` to `right` and the rows `top` to `bottom` is lit, which means not all black.
+    /// Both ends are included.
     fn has_lit(&self, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) -> bool {
         let before = |column: usize, row: usize| self.lit_before[row * (self.columns + 1) + column];
         before(right + 1, bottom + 1) + before(left, top)
             > before(left, bottom + 1) + before(right + 1, top)
     }
 
-    /// The blocks that lookups at texel indices from `low` to `high` along `axis` may read, as ranges of the first and the
-    /// last block. Indices beyond the image follow `wrap`.
+    /// The blocks along one axis (0 is u, 1 is v) that lookups at texel indices from `low` to `high` may read. Each entry
+    /// has the indices of the first and the last block of a range, both included. Indices beyond the image follow `wrap`;
+    /// where the image repeats, they can lead to several ranges.
     fn spans(&self, wrap: Wrap, axis: usize, low: f32, high: f32) -> Vec<[usize; 2]> {
         let size = i64::from(self.size[axis]);
         let last = size - 1;

@@ -15,17 +15,21 @@ use punctual::check_punctual;
 /// The largest absolute coordinate in the world, in scene units. Squared distances of far larger ones would overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
-/// The smallest longest edge of a scene's bounding box, in scene units. Below it, areas and squared distances underflow f32.
+/// The length of the longest edge of a scene's bounding box below which the scene is refused, in scene units. A scene with
+/// moving instances is not refused, because it may be larger at other times.
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
-/// The ratio of a step of f32 at a mesh's furthest vertex to the mesh's size above which the mesh is stored too coarsely.
+/// The spacing of f32 numbers at the vertex of a mesh that is farthest from its origin, divided by the mesh's size. Above
+/// this ratio, f32 stores the mesh too coarsely, and the user gets a notice.
 const COARSE: f64 = 5e-3;
 
-/// The largest emission, in W/(m²·sr). A sample may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the
-/// brightest light, and a picture in this unit must hold it in f32.
+/// The largest emission of a material, and radiance of a texel of an environment, in W/(m²·sr); more is refused. A sample
+/// may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the brightest light, and f32 must hold that sample in
+/// this unit.
 pub const BRIGHTEST: f32 = 1e12;
 
-/// The absolute determinant, of a transform with axes scaled to lengths near 1, up to which an instance is flat.
+/// The largest absolute determinant of a transform at which an instance counts as flat, and is dropped unless it moves. The
+/// transform's axes are scaled to lengths near 1 first, so that small instances do not count as flat.
 const SINGULAR: f64 = 1e-15;
 
 /// True if the positions of a mesh are much further from its origin than from each other, so that f32 stores them coarsely.
@@ -180,7 +184,8 @@ impl Scene {
         });
     }
 
-    /// Drops the instances for which `keep` is false, and their entries in the motion. `keep` may change them.
+    /// Drops the instances for which `keep` returns false, and their entries in the motion. `keep` gets the index of each
+    /// instance, and the instance itself, which it may change.
     fn retain_instances(&mut self, mut keep: impl FnMut(usize, &mut Instance) -> bool) {
         let instances = self.instances.iter_mut().enumerate();
         let kept: Vec<bool> = instances.map(|(index, one)| keep(index, one)).collect();

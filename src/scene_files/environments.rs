@@ -34,8 +34,8 @@ impl Environment {
         Ok(environment)
     }
 
-    /// Checks that the environment `name` can probably be opened with [`Environment::open`]: the file exists, or the
-    /// parameters of the sky are valid. The file is not read.
+    /// Checks, before long work, that the environment `name` can probably be opened with [`Environment::open`]: the file
+    /// exists, or the parameters of the sky are valid. The file is not read.
     ///
     /// # Errors
     /// There is no plain file at this path, or a parameter of the sky is wrong.
@@ -48,7 +48,7 @@ impl Environment {
 }
 
 /// The path of the file from which an environment is read, given the environment's name. `None` for `sky` and `sky:…`, which
-/// are generated without a file.
+/// are generated without a file. Commands use it to refuse an output that would replace the environment's file.
 pub fn environment_file_of(name: &str) -> Option<&Path> {
     let generated = name == "sky" || name.starts_with("sky:");
     (!generated).then(|| Path::new(name))

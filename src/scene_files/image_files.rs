@@ -5,10 +5,11 @@ use super::scene_folder::{SceneFile, SceneFolder, unreadable};
 use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 
-/// The largest image file that is read, in bytes. The largest permitted image has less than this without compression.
+/// The maximum size of an image file, in bytes. A larger file is an error: even an uncompressed image with the largest
+/// permitted width and height is smaller.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// Reads a whole image file without decoding it. `what` is the element that names the file, for messages.
+/// Reads a whole image file without decoding it. `what` is the element of the scene that names the file, for messages.
 ///
 /// # Errors
 /// The file has more than [`MAX_BYTES`] bytes or cannot be read, there is not enough memory for it, or the callback of
@@ -22,8 +23,8 @@ pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> 
     read_file(what, file, MAX_BYTES, progress)
 }
 
-/// Adds a notice to `tally` that the image file `name` is missing, if the user permits missing files (`allow_missing`). The
-/// element `what`, which names the file, is then used without this texture.
+/// Treats a missing image file `name`. If the user permits missing files (`allow_missing`), a notice is added to `tally`,
+/// and the caller continues without the texture. `what` is the element of the scene that names the file, for messages.
 ///
 /// # Errors
 /// The user does not permit missing files.

@@ -22,12 +22,12 @@ pub const MAX_TEXELS: u64 = 1 << 32;
 /// The size of one decoded texel, in bytes: one byte for each of red, green, blue and alpha.
 pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
 
-/// The maximum number of texels of the images that are decoded in parallel: as many as one image of the largest size has. It
-/// limits the memory, because an image takes up to four times its final size while it is decoded.
+/// The maximum number of texels of the images that are decoded in parallel: as many as one image of the largest size has.
+/// The limit saves memory, because an image takes up to four times its final size while it is decoded.
 const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
 
-/// The maximum number of bytes that an image decoder may take for data other than texels. Such data, for example the colour
-/// profile of a PNG file, may unpack to a thousand times their size in the file.
+/// The maximum number of bytes that an image decoder may take for data other than texels, such as the colour profile of a
+/// PNG file. Compressed data may need a thousand times their size in the file.
 const MAX_METADATA: u64 = 16 << 20;
 
 /// An image as the bytes of its file, before it is decoded.

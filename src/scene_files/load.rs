@@ -10,8 +10,8 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-/// The largest glTF file that is read, in bytes, without its separate buffers and images. A GLB file stores its length in 32
-/// bits.
+/// The maximum size of a glTF file, in bytes, not counting buffers and images in files of their own. It is the maximum
+/// length that a GLB file can state, since the field has 32 bits.
 const MAX_BYTES: u64 = u32::MAX as u64;
 
 /// The memory that the scene of an OBJ file is assumed to take, in bytes per byte of the file. If less memory is free, the
@@ -30,7 +30,8 @@ pub fn load(path: &Path) -> Result<Scene> {
     load_watched(path, Options::default(), &mut |_, _, _| Ok(()))
 }
 
-/// [`load`] with the user's permissions `options`, and with reports of the progress to `watch`.
+/// The same as [`load`], but with the user's permissions `options` for missing image files and for files outside of the
+/// scene's folder, and with reports of the progress to `watch`.
 ///
 /// # Errors
 /// The errors of [`load`], and an error that `watch` returns, which ends the loading.

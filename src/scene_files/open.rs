@@ -16,8 +16,8 @@ impl Scene {
         Self::open_watched(name, Options::default(), &mut |_, _, _| Ok(()))
     }
 
-    /// [`Self::open`] with the user's permissions `options` for loading a file, and with reports of its progress to `watch`.
-    /// Both have no effect on a procedural scene.
+    /// The same as [`Self::open`], but with the user's permissions `options` for missing image files and for files outside
+    /// of the scene's folder, and with reports of the progress to `watch`. Both have no effect on a procedural scene.
     ///
     /// # Errors
     /// The errors of [`Self::open`], and an error that `watch` returns, which ends the loading.
@@ -30,6 +30,7 @@ impl Scene {
 }
 
 /// The path of the file from which a scene is read, given the scene's name. `None` for the name of a procedural scene.
+/// Commands use it to refuse an output that would replace the scene's file.
 pub fn file_of(name: &str) -> Option<&Path> {
     as_procedural(name).is_none().then(|| Path::new(name))
 }
@@ -63,8 +64,8 @@ fn parse_parameters(name: &str, text: &str) -> Result<Vec<(String, String)>> {
     parts.map(parse).collect()
 }
 
-/// Checks that the scene `name` can probably be opened with [`Scene::open`]: the file exists, or the procedural scene and
-/// its parameters do. The scene is neither read nor generated.
+/// Checks, before long work, that the scene `name` can probably be opened with [`Scene::open`]: the file exists, or the
+/// procedural scene and its parameters do. The scene is neither read nor generated.
 ///
 /// # Errors
 /// There is no procedural scene with this name, a parameter is unknown or out of range, or there is no plain file at this

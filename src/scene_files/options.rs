@@ -1,7 +1,7 @@
 //! The user's permissions for loading a scene.
 
-/// The user's permissions for loading a scene. By default both are absent, so that missing files and files elsewhere are
-/// errors.
+/// The user's permissions for loading a scene. By default nothing is permitted: a missing image file is an error, and so is
+/// a file outside of the scene's folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// True: if image files of textures are missing, the scene is loaded without these textures, with a notice. False: a

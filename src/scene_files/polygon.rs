@@ -2,12 +2,12 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// The maximum number of corners of a concave polygon that is cut by ear clipping. Concave polygons with more corners are
-/// cut as a fan, which may be wrong, since ear clipping would take too long.
+/// The maximum number of corners of a concave polygon that is cut by ear clipping, which would take too long for more.
+/// Concave polygons with more corners are cut as a fan, whose triangles may overlap or lie outside of the polygon.
 const MAX_EAR_CLIPPING_CORNERS: usize = 512;
 
-/// Cuts a polygon of n corners into n − 2 triangles, and calls `triangle` with the three indices into `points` of each. A
-/// convex polygon is cut as a fan around its first corner, a concave one by ear clipping, unless it has more than
+/// Cuts a polygon of n corners into n − 2 triangles. For each triangle it calls `triangle` with three indices into `points`.
+/// A convex polygon is cut as a fan around its first corner, a concave one by ear clipping, unless it has more than
 /// [`MAX_EAR_CLIPPING_CORNERS`] corners. A polygon that crosses itself or is far from planar has no correct triangulation,
 /// but still yields n − 2 triangles.
 pub(super) fn triangulate(points: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
@@ -50,15 +50,15 @@ struct Ears<'a> {
     known: Vec<Known>,
 }
 
-/// The state of a corner in the search for ears.
+/// What is known of a corner in the search for ears, so that it is not tested again after each cut.
 #[derive(Clone, Copy)]
 enum Known {
     Nothing,
     Ear,
     /// The corner is not an ear as long as both neighbours stay, because its inner angle is at least 180°.
     Reflex,
-    /// The corner is not an ear as long as the corner with the given index is not cut off: it is the first one that lies in
-    /// the triangle with the neighbours.
+    /// The corner is not an ear until the corner with this index is cut off, because that corner lies in the triangle of
+    /// this one and its two neighbours. If several corners lie there, it is the one with the smallest index.
     Blocked(usize),
 }
 

@@ -19,7 +19,8 @@ pub enum Step {
 /// grow as files name further files. An error that the callback returns ends the loading.
 pub type Watch<'a> = dyn FnMut(Step, u64, u64) -> Result<()> + 'a;
 
-/// The callback that watches loading, with the number of bytes read and to read over all files of the scene.
+/// The callback that receives the progress of loading a scene, and the numbers of bytes for it: those read so far, and the
+/// total of all files of the scene that are known so far.
 pub(super) struct Progress<'a> {
     watch: &'a mut Watch<'a>,
     read: u64,
@@ -40,8 +41,8 @@ impl<'a> Progress<'a> {
         self.to_read = self.to_read.saturating_add(bytes);
     }
 
-    /// Calls the callback with the bytes read so far. It is called between long pieces of work, so that the callback can end
-    /// the loading by an error, which is returned.
+    /// Reports the bytes read so far to the callback. Loaders call this function between long pieces of work, so that the
+    /// user can end the loading: then the callback returns an error, and so does this function.
     pub(super) fn pause(&mut self) -> Result<()> {
         (self.watch)(Step::Reading, self.read, self.to_read)
     }
@@ -75,7 +76,7 @@ impl Read for Watched<'_, '_> {
 }
 
 /// Reads the first `at_most` bytes of a file that a scene names, or the whole file if it is shorter. `what` is the element
-/// that names it, for messages.
+/// of the scene that names the file, for messages.
 ///
 /// # Errors
 /// The file cannot be read, there is not enough memory for it, or the callback of `progress` returns an error.

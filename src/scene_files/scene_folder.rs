@@ -37,8 +37,8 @@ pub(super) struct SceneFile {
     /// The device number and the inode number of the file. They identify it under any of its names, so that no file is read
     /// twice.
     pub id: (u64, u64),
-    /// The path under which the file was found, relative to the scene's folder: the first existing one of those that the
-    /// scene gave.
+    /// The path under which the file was found, relative to the scene's folder. If the scene gave several paths for the
+    /// file, it is the first one that exists.
     pub name: PathBuf,
 }
 
@@ -46,7 +46,7 @@ pub(super) struct SceneFile {
 enum Lookup {
     Found(SceneFile),
     Missing,
-    /// No file in the folder has any of the names, and the given one of the names leads out of the folder.
+    /// No file was found in the folder, and the name given here leads out of the folder. The user has not permitted this.
     Outside(PathBuf),
 }
 
@@ -61,8 +61,8 @@ impl<'a> SceneFolder<'a> {
     /// the element that names the file, for messages.
     ///
     /// # Errors
-    /// Unless the user permits files outside of the folder: no file in it has any of the names, and one leads out of it. In
-    /// any case: the file cannot be opened or is not a plain file.
+    /// If the user does not permit files outside of the folder: all names lead out of it, or one does by a link while no
+    /// other name is found. In any case: the file cannot be opened or is not a plain file.
     pub fn open(&self, what: &str, names: &[PathBuf]) -> Result<Option<SceneFile>> {
         self.look_up(what, names)?.or_refused(what)
     }
@@ -114,7 +114,8 @@ impl<'a> SceneFolder<'a> {
         Ok(outside.map_or(Lookup::Missing, Lookup::Outside))
     }
 
-    /// Opens a plain file by its path relative to the folder; `None` if a link on the way leads out of the folder.
+    /// Opens a plain file by its path relative to the folder, without following a link that is inserted meanwhile. `None` if
+    /// a link on the way leads out of the folder.
     fn open_inside(&self, name: &Path) -> io::Result<Option<File>> {
         let folder = match self.path.as_os_str().is_empty() {
             true => Path::new("."),

@@ -42,10 +42,10 @@ crate::gpu_enum! {
         /// There is no hash grid: pixels draw their light samples by another light sampler.
         #[default]
         None,
-        /// One random pixel of each block of 4 × 4 pixels, again in every frame: unbiased.
+        /// One random pixel of each block of 4 × 4 pixels, selected again in every frame: unbiased.
         Pixels,
-        /// Points on all surfaces of the scene, from a list that fills the grid once, in the first frame: biased, as
-        /// published.
+        /// Points on all surfaces of the scene, from a list that fills the grid once, in the first frame. This is the
+        /// published form of the method; it is biased.
         Points,
     }
 }
@@ -59,7 +59,7 @@ crate::gpu_enum! {
         None,
         /// Vertices merge reservoirs with defensive weights, for which each reservoir stores its own shading point.
         Unbiased,
-        /// Vertices weigh reservoirs by confidence alone: biased, as published.
+        /// Vertices weigh reservoirs by confidence alone. This is the published form of the method; it is biased.
         Published,
     }
 }

@@ -260,7 +260,7 @@ pub fn upper_snake_case(name: &str) -> String {
     text
 }
 
-/// The value of a shared constant, an integer or a float.
+/// The value of a constant that Rust and GLSL share, as [`constant_glsl`] writes it.
 pub enum Number {
     /// An unsigned integer, written with the suffix `u`.
     Uint(u32),

@@ -34,7 +34,8 @@ crate::gpu_struct! {
         pub seed: u32,
         /// Maximum number of scattering events of a path: 0 shows emitters only, 1 is direct light.
         pub bounces: u32,
-        /// Number of scattering events from which on a path ends at random after each event (Russian roulette).
+        /// Number of scattering events from which on Russian roulette is used: after this event and each later one, the path
+        /// may end at random.
         pub roulette_start: u32,
         /// Minimum probability, in (0, 1], with which a path continues after Russian roulette; it limits the weight of
         /// survivors.
@@ -70,21 +71,22 @@ crate::gpu_struct! {
         /// Probability, in [0, 1], of a separate candidate among rare lights, those far dimmer than the others; used only
         /// with the specialisation constant `RARE_LIGHTS`.
         pub rare_lights: f32,
-        /// Number of the light samples that are drawn from the light BVH wherever it finds lights. They come before the
-        /// other samples.
+        /// Number of the light samples that are drawn from the light BVH at points where it finds lights. These samples come
+        /// before the others.
         pub near_samples: u32,
         /// Fraction, in [0, 1], of the light samples that are drawn from the light BVH: `near_samples` / `light_samples`.
         /// For a single light sample, it is the probability that this sample is drawn from the light BVH.
         pub near_fraction: f32,
-        /// Maximum confidence of history in a merge, in initial reservoirs; a higher cap means less noise, but older errors.
+        /// Maximum confidence of the previous frame's reservoir in a merge, in units of an initial reservoir. A higher cap
+        /// means less noise, but older errors.
         pub temporal_confidence_cap: f32,
-        /// Maximum confidence of a neighbour in a merge, in initial reservoirs.
+        /// Maximum confidence of a neighbour's reservoir in a merge, in units of an initial reservoir.
         pub spatial_confidence_cap: f32,
-        /// Maximum number of neighbours that a spatial pass merges where the surface of the pixel has a history. Elsewhere
-        /// the specialisation constant `NEIGHBOURS` is the maximum.
+        /// Maximum number of neighbours that a spatial pass merges in a pixel with a history, that is, whose reservoir
+        /// contains one of the previous frame. For other pixels, the specialisation constant `NEIGHBOURS` is the maximum.
         pub neighbours: u32,
-        /// Maximum confidence, in initial reservoirs, of the merged reservoir of a pixel whose surface has no history. It
-        /// keeps the noise that such pixels share with their neighbours from staying for many frames.
+        /// Maximum confidence of the merged reservoir of a pixel without a history, in units of an initial reservoir. These
+        /// pixels share noise with their neighbours, and the limit keeps it from staying for many frames.
         pub confidence_without_history: f32,
         /// Maximum number of random pixels that the search for neighbours tries, per neighbour.
         pub tries: u32,
@@ -121,7 +123,8 @@ crate::gpu_struct! {
         pub merged: u32,
         /// Confidence of each merged reservoir; 1 is the confidence of all candidates of the pixel together.
         pub confidence: f32,
-        /// Index of the first frame in which pixels no longer merge reservoirs of the grid; `u32::MAX`: they always do.
+        /// Index of the first frame in which pixels no longer merge reservoirs of the grid, because their history is better
+        /// by then; `u32::MAX`: they always merge them.
         pub until_frame: u32,
     }
 }
@@ -138,7 +141,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Constants of world reservoirs: reservoirs of path vertices in cells of space, which vertices of the next frame merge.
+    /// Constants of world reservoirs: reservoirs of direct light at path vertices in cells of space, which vertices of the
+    /// next frame merge.
     pub struct WorldConstants {
         /// Addresses of the reservoirs that vertices of the previous frame stored; vertices of this frame merge them.
         pub previous: WorldAddresses,
@@ -156,10 +160,11 @@ crate::gpu_struct! {
         pub merged: u32,
         /// Maximum confidence of each merged reservoir; 1 is the confidence of all light samples of a vertex together.
         pub confidence_cap: f32,
-        /// 1 if a vertex stores the sample that its merge selected, 0 if it stores the sample that its light candidates
-        /// selected.
+        /// 1 if a vertex stores the sample that its merge selected, 0 if it stores the sample that its own light candidates
+        /// selected. With 1, vertices still store the latter if a channel of their diffuse albedo is at most 0.01 or if
+        /// their shading normal differs from the geometric normal.
         pub keeps_merged: u32,
-        /// Number of vertices per path, from the second vertex on, that have world reservoirs.
+        /// Number of vertices per path that have world reservoirs, from the second vertex on.
         pub depth: u32,
         /// Number of world reservoirs in the buffers of a frame: `depth` for each pixel slot.
         pub vertices: u32,
@@ -171,7 +176,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// One level of a prefix sum: the range of values in the buffer, and the position of the sums of their blocks.
+    /// One level of a prefix sum: its values in the buffer, and the position of the sums of its blocks of `PREFIX_BLOCK`
+    /// values. These sums are the values of the next level.
     pub struct PrefixLevel {
         /// Index of the level's first value in the buffer.
         pub first: u32,
@@ -191,43 +197,45 @@ crate::gpu_struct! {
         pub previous_camera: GpuCamera,
         /// 1 if primary rays pass through varying points of their pixels, 0 if they pass through the centres.
         pub jitters: u32,
-        /// Point of the first pixel through which its primary ray passes in this frame, each coordinate in [0, 1), to the
-        /// right and down. Other pixels rotate this point by their coordinates.
+        /// Point of the pixel (0, 0) through which its primary ray passes in this frame: coordinates in [0, 1), to the right
+        /// and down. Other pixels add an offset that depends on their coordinates, modulo 1.
         pub jitter: Vec2,
-        /// Point of the first pixel through which its primary ray passed in the previous frame, as for `jitter`.
+        /// Point of the pixel (0, 0) through which its primary ray passed in the previous frame, as for `jitter`.
         pub previous_jitter: Vec2,
-        /// Number of slots for pixels in a buffer with one entry per pixel; with tiles, more than there are pixels.
+        /// Number of slots for pixels in a buffer with one entry per pixel. If the order of pixels uses tiles, it is more
+        /// than the number of pixels.
         pub slots: u32,
         /// Index of the frame, from 0, which selects the random numbers.
         pub frame: u32,
-        /// Maximum ratio between the solid angles per area of a path's second vertex, seen from two viewers that share the
-        /// path; paths beyond it are not shared. Below 1: no limit.
+        /// Maximum ratio between the solid angles that a unit of area at a path's second vertex has from two surface points.
+        /// Points with a larger ratio do not share the path. Below 1: no limit.
         pub jacobian_limit: f32,
         /// Minimum distance from a surface point to a reused second vertex, as a fraction of the point's distance from the
-        /// camera.
+        /// camera. Paths with a closer second vertex are not shared.
         pub min_distance: f32,
         /// Number of BSDF candidates of direct light per pixel and frame.
         pub bsdf_samples: u32,
-        /// Maximum number of additional BSDF candidates, in pixels whose lobes are narrow or near which pilots found bright
-        /// light.
+        /// Maximum number of additional BSDF candidates. Pixels get them if their lobes are narrow, or if pilots (stored
+        /// first BSDF rays) near them found bright light.
         pub more_bsdf_samples: u32,
-        /// Mean luminance of triangles and environment, weighted by power, in the device's unit of radiance; 0 without any
-        /// of them. It is the unit of a pilot's brightness.
+        /// Mean luminance of emissive triangles and environment, weighted by power, in the device's unit of radiance; 0 if
+        /// there are neither. The brightness that a pilot (a stored first BSDF ray) found is measured in this unit.
         pub mean_light_luminance: f32,
         /// Number of nodes of the light BVH; the entries of the light BVH begin after them in the same buffer.
         pub light_node_count: u32,
-        /// 1 if the light BVH joins lights that are far from a point into groups, 0 if it does not find them.
+        /// 1 if the light BVH joins lights that are far from a point into groups, so that a draw can select them; 0 if it
+        /// finds a light only at points inside the box of influence of the light's leaf.
         pub light_bvh_joins: u32,
         /// 1 if the lights that the light BVH finds are drawn with the same probability each, 0 if in proportion to their
         /// expected contribution.
         pub light_bvh_uniform: u32,
-        /// Side, in pixels, of the tiles that share a light list.
+        /// Side, in pixels, of the square tiles of the picture, each of which has one light list.
         pub light_tile: u32,
         /// Number of entries of a light list, each with a light and its probability.
         pub light_list: u32,
-        /// Constants of the hash grid; zeros without one.
+        /// Constants of the hash grid (reservoirs of direct light in cells of space); all zero if there is no hash grid.
         pub grid: GridConstants,
-        /// Constants of world reservoirs; zeros without them.
+        /// Constants of world reservoirs (reservoirs of path vertices in cells of space); all zero if there are none.
         pub world: WorldConstants,
         /// Settings of candidates and reuse, for the kind of light (direct or indirect) that the pass works on.
         pub reuse: ReuseConstants,

@@ -77,8 +77,9 @@ pub const STRUCTS: &[StructLayout] = &[
     RayBatch::LAYOUT,
 ];
 
-/// The files that are generated for the shaders, as pairs of name and text: `declarations.glsl` has constants, enumerations,
-/// specialisation constants and structures; `scene_buffers.glsl` and `light_bvh_buffer.glsl` have access to buffers.
+/// The files that are generated for the shaders, as pairs of name and text. `declarations.glsl` has constants, enumerations,
+/// specialisation constants and structures; `scene_buffers.glsl` and `light_bvh_buffer.glsl` have declarations of buffers
+/// and functions that read them.
 pub fn generated() -> [(&'static str, String); 3] {
     let structs: String = STRUCTS.iter().map(StructLayout::glsl).collect();
     let declarations = constants_glsl() + &choices::glsl() + &Specialisation::glsl() + &structs;

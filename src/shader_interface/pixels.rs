@@ -116,7 +116,8 @@ crate::gpu_struct! {
         /// Unbiased contribution weight, an estimate of one over the density of the sample (per area, per solid angle or
         /// discrete); 0 = empty.
         pub weight: f32,
-        /// Confidence in bits 0 to 13, and in bits 24 to 31 the bits of the uv that do not fit into `uv`.
+        /// Confidence in bits 0 to 13. Bits 24 to 31 have the upper 8 of the 40 bits of the point on the light, for which
+        /// `uv` has no space.
         pub history: u32,
         /// Kind of the light (`LIGHT_…`, from bit `LIGHT_KIND_SHIFT` on), and below it its index: among lights of its kind
         /// or, for the environment, of the texel.

@@ -31,8 +31,8 @@ crate::gpu_struct! {
         pub u: f32,
         /// Barycentric weight, in [0, 1], of the triangle's third corner at the hit.
         pub v: f32,
-        /// With `RayQuery::any`, the fraction in [0, 1] of light that passes between the ends of the ray; otherwise 0 for a
-        /// hit, and without meaning for a miss.
+        /// With `RayQuery::any` = 1, the fraction in [0, 1] of light that passes between the ends of the ray. With
+        /// `RayQuery::any` = 0, it is 0 for a hit, and without meaning for a miss.
         pub transmittance: f32,
     }
 }

@@ -82,7 +82,8 @@ crate::gpu_struct! {
         pub column_v: Vec2,
         /// Translation that is added to the transformed texture coordinates; 1 is the width or the height of the image.
         pub offset: Vec2,
-        /// Index of the image's first texel in the buffer `texels`; in variants that sample images, the index of the image.
+        /// Index of the image's first texel in the buffer `texels`. In variants of a shader that sample images instead of
+        /// reading this buffer, it is the index of the image.
         pub index: u32,
         /// Width of the image in texels.
         pub width: u32,
@@ -100,7 +101,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// An emissive triangle in world space, as light samples and hits on emitters read it.
     pub struct GpuLight {
-        /// Position of the first corner.
+        /// Position of the first corner, relative to the scene's origin, in device units.
         pub corner: Vec3,
         /// Vector from the first corner to the second one.
         pub edge1: Vec3,
@@ -115,7 +116,7 @@ crate::gpu_struct! {
         pub area: f32,
         /// 1 if the triangle emits on both sides, 0 if only on the side of `normal`.
         pub double_sided: u32,
-        /// Index of the traced instance that the triangle belongs to.
+        /// Index in the buffer `instances` of the instance that the triangle belongs to.
         pub instance: u32,
         /// Index of the triangle in the mesh of its instance, for a look-up of alpha; NONE if the triangle has no holes.
         pub primitive: u32,
@@ -127,11 +128,13 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// A light without an area: a point, spot or directional light (`KHR_lights_punctual`).
     pub struct GpuPunctualLight {
-        /// Position of a point or spot light; without meaning for a directional light.
+        /// Position of a point or spot light, relative to the scene's origin, in device units; without meaning for a
+        /// directional light.
         pub position: Vec3,
         /// Kind of the light: LIGHT_POINT, LIGHT_SPOT or LIGHT_DIRECTIONAL.
         pub kind: u32,
-        /// Unit direction of the axis of a spot light, or in which directional light travels.
+        /// Unit direction in which light travels: along the axis of a spot light's cone, or everywhere for a directional
+        /// light.
         pub direction: Vec3,
         /// Distance at which the light fades to 0, in the device's unit of length; 0: it has no limit.
         pub range: f32,
@@ -202,7 +205,7 @@ crate::gpu_struct! {
         /// Index of the node after the last descendant, at which a walk continues that skips this node; for a leaf, the next
         /// node.
         pub next: u32,
-        /// Largest coordinates of the box that a walk tests.
+        /// Largest coordinates of the box that a walk tests; see `low`.
         pub high: Vec3,
         /// Index of the node's first light among the lights of the BVH, which are in the order of the leaves.
         pub first: u32,
@@ -243,7 +246,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A slot of the hash grid, which holds the reservoir of at most one surface per frame.
+    /// A slot of the hash grid, which keeps reservoirs of direct light in cells of space. A slot holds the reservoir of at
+    /// most one surface per frame.
     pub struct GpuGridSlot {
         /// Index of the surface that has claimed the slot, plus 1, in the low bits, and random bits above them; 0: the slot
         /// is free. The largest claim wins, so the order of threads does not matter.

@@ -44,8 +44,8 @@ macro_rules! scene_buffers {
             /// Vertex colours: per triangle of a mesh with colours, one entry for each of three corners, with red, green,
             /// blue and alpha of 16 bits each.
             colors: [[UVec2; 3]] as Plain("uvec2"); |c| c.color_triangles;
-            /// Three words per triangle of a mesh with several parts or with lights: index of the material, rank among the
-            /// mesh's emissive triangles or NONE, and the offset that is added to the instance's index.
+            /// Three words per triangle of a mesh that has several parts or lights, or is merged: index of the material,
+            /// rank among the mesh's emissive triangles or NONE, and the offset that is added to the instance's index.
             triangle_parts: [UVec3] as Plain("uvec3"); |c| c.part_triangles;
             /// Indices into `instances`, in the order of the leaves of the tree over the instances; first for the current
             /// frame and then, if something moves, for the previous frame.
@@ -58,9 +58,9 @@ macro_rules! scene_buffers {
             /// Corner positions of the triangles of all meshes: three per triangle, nine floats, before the transform of an
             /// instance.
             positions: [[Vec3; 3]] as Words; |c| c.triangles;
-            /// Materials of the scene, without their textures.
+            /// Materials of the scene, in the order of the scene. They refer to textures by index in `textures`.
             materials: [GpuMaterial] as Records(GpuMaterial); |c| c.materials;
-            /// Uses of images by materials; materials refer to them by index.
+            /// Uses of images by materials, one entry per use. Materials and `light_textures` refer to them by index.
             textures: [GpuTexture] as Records(GpuTexture); |c| c.textures;
             /// If there are textures, a table of 256 words, with the bits of the linear float value of each sRGB byte, and
             /// then the texels of all images: red, green, blue and alpha from the lowest byte. Both are in one buffer, since
@@ -68,7 +68,8 @@ macro_rules! scene_buffers {
             texels: [u32] as Plain("uint"); |c| c.texels + if c.textures > 0 { 256 } else { 0 };
             /// Emissive triangles in world space, of the current frame and then, if something moves, of the previous frame.
             lights: [GpuLight] as Records(GpuLight); |c| c.epochs * c.triangle_lights;
-            /// Textures of emissive triangles, one entry per triangle; empty if no emissive triangle has a texture.
+            /// Texture coordinates and index in `textures` for the emission of each emissive triangle, at the index that it
+            /// has in the current frame's `lights`; empty if no emissive triangle has a texture.
             light_textures: [GpuLightTexture] as Records(GpuLightTexture); |c| if c.textured_lights { c.triangle_lights } else { 0 };
             /// Punctual lights of the current frame and then, if something moves, of the previous frame.
             punctual_lights: [GpuPunctualLight] as Records(GpuPunctualLight); |c| c.epochs * c.punctual_lights;
@@ -78,12 +79,12 @@ macro_rules! scene_buffers {
             /// The alias table that draws texels of the environment, one entry per texel: the texel is selected if 32 random
             /// bits are below the first number; otherwise the second number is the index of the selected texel.
             environment_columns: [UVec2] as Plain("uvec2"); |c| c.environment_texels;
-            /// Alias tables that draw lights: over the lights of all kinds (triangles, punctual lights, environment). If
-            /// some lights are rare, two tables of the same length follow: over the lights that are not rare, and over the
-            /// rare lights.
+            /// The alias table that draws lights of all kinds (triangles, punctual lights, environment). If some lights are
+            /// rare (far dimmer than the others), two tables of the same length follow: one that draws the lights that are
+            /// not rare, and one that draws the rare lights.
             light_choices: [GpuLightChoice] as Records(GpuLightChoice); |c| 3 * c.lights();
-            /// The transform from the current to the previous frame of each instance of the scene, by the scene's index;
-            /// empty if nothing moves.
+            /// For each instance of the scene, by its index before meshes are merged, the transform of its points from the
+            /// current to the previous frame; empty if nothing moves.
             previous_transforms: [GpuPreviousTransform] as Records(GpuPreviousTransform); |c| c.previous_transforms;
         }
     };

@@ -46,12 +46,13 @@ crate::gpu_specialisation! {
         pub previous_root: u32 = 0,
         /// True if the BSDF adds the energy that its model of single scattering loses, mainly on rough metals.
         pub energy_compensated: bool = false,
-        /// The contents of reservoirs in memory.
+        /// The format of reservoirs in memory: the compact one reads more from the scene, the full one needs more memory.
         pub reservoir_format: Format = Format::Compact,
         /// True if word n of all reservoirs is contiguous in memory (structure of arrays); false if all words of one
         /// reservoir are. It changes the speed only.
         pub reservoir_soa: bool = false,
-        /// The order of pixels in buffers with one entry per pixel.
+        /// The order of pixels in buffers with one entry per pixel. It changes the locality of memory access, never the
+        /// picture.
         pub pixel_order: PixelOrder = PixelOrder::Row,
         /// Side in pixels of the square tiles of `PixelOrder::Swizzle`; unused with other orders.
         pub swizzle: u32 = 4,
@@ -64,26 +65,28 @@ crate::gpu_specialisation! {
         pub first_counter: u32 = 0,
         /// True if a separate pass has traced the first BSDF candidate of direct light of each pixel, its pilot.
         pub pilots: bool = false,
-        /// Distance from the pilot of one pixel to that of the next one, in words: the size of a reservoir of indirect light
-        /// where pilots are stored in these reservoirs.
+        /// Distance in words from the pilot of one pixel (its stored first BSDF ray) to that of the next pixel. Where pilots
+        /// are stored in reservoirs of indirect light, it is the size of such a reservoir.
         pub pilot_stride: u32 = PILOT_WORDS,
-        /// The MIS weights of a merge.
+        /// The MIS weights with which a merge weighs the reservoirs that could have drawn a sample.
         pub mis: Mis = Mis::Defensive,
-        /// The step of resampling at which shadow rays test samples.
+        /// The step of resampling at which shadow rays test samples. It decides on bias, noise and the number of rays.
         pub visibility: Visibility = Visibility::Weights,
         /// Maximum number of neighbours of a spatial merge; it is the length of arrays in the shader.
         pub neighbours: u32 = 3,
-        /// True if rare lights, those far dimmer than the others, have separate candidates and are not resampled with the
-        /// others.
+        /// True if rare lights have separate candidates and are not resampled with the other lights. Rare lights are those
+        /// that are far dimmer than the others.
         pub rare_lights: bool = false,
         /// True if light samples are drawn from the light BVH, a tree that finds the lights that matter at a point.
         pub light_bvh: bool = false,
         /// True if light samples of direct light come from light lists, which one pixel of each tile draws from the light
         /// BVH.
         pub light_lists: bool = false,
-        /// The surfaces that fill the hash grid; `None` if the pass merges no reservoirs of a hash grid.
+        /// The surfaces that fill the hash grid, which keeps reservoirs of direct light in cells of space; `None` if the
+        /// pass merges no reservoirs of a hash grid.
         pub hash_grid: HashGrid = HashGrid::None,
-        /// The way in which vertices of paths reuse light samples of other vertices; `None` if they do not.
+        /// The way in which vertices of indirect paths reuse light samples of vertices of the previous frame; `None` if they
+        /// do not.
         pub world_reservoirs: WorldReservoirs = WorldReservoirs::None,
         /// True if the pass stores candidates of indirect light in reservoirs for reuse; false if it adds their light to the
         /// picture at once, as a path tracer does.

@@ -10,8 +10,8 @@ pub enum Tracer {
     ComputeBvh,
 }
 
-/// The access of shaders to the buffers of a scene and of world reservoirs. [`Fetch`] decides on some of the scene's
-/// buffers.
+/// The access of shaders to the buffers of a scene and of world reservoirs (reservoirs of path vertices, found by position).
+/// With [`Fetch::Texels`], buffers of the scene that are read four words at a time are texels instead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
     /// Named storage buffers: supported everywhere, and shown in captures, but limited by the range of a descriptor.

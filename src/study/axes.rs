@@ -37,8 +37,8 @@ struct Point {
     bias: [f64; 2],
 }
 
-/// The points of each configuration, by its name, for each pair of a scene's name and a parameter in which scenes with this
-/// name differ.
+/// The points of the figure. The key is the name of a scene, with a parameter in which the scenes of this name differ; the
+/// value maps the name of each configuration to its points.
 type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
 
 /// A figure, as the text of an SVG file, with two panels for each parameter in which at least three of the study's scenes
@@ -150,8 +150,8 @@ fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> 
 /// A chart whose horizontal axis shows the values of a parameter on a logarithmic scale.
 type Chart<'a, 'b, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, Y>>;
 
-/// Prepares a panel with axes: values of the parameter to the right on a logarithmic scale, and `up`, with the label `what`,
-/// upwards. Returns the chart to draw into.
+/// Prepares a chart in `area` with axes and the caption `title`. The horizontal axis covers `values` of the parameter on a
+/// logarithmic scale; the vertical axis is `up`, with the label `what`. Returns the chart to draw into.
 fn chart<'a, 'b, Y: AsRangedCoord<Value = f64>>(
     area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
     title: &str,

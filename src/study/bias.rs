@@ -24,12 +24,14 @@ pub const WIDEST: f64 = 0.005;
 /// The largest half-width of the 99 % interval of a reference's mean, as a fraction of the mean. A study refuses a reference
 /// with a larger one. It is below [`WIDEST`], so that the error of the runs may have a part of the interval.
 pub const WIDEST_REFERENCE: f64 = 0.004;
-/// The maximum probability that any of the tests that are corrected together raises a false alarm. A corrected p-value below
-/// it means that there is a bias.
+/// The probability of a false alarm that is accepted for all tests that are corrected together, in [0, 1]. If a corrected
+/// p-value is below it, the configuration counts as biased.
 pub const LEVEL: f64 = 0.01;
-/// The minimum number of fresh seeds that decide after an alarm. If more seeds raised the alarm, as many fresh ones decide.
+/// The minimum number of fresh seeds that decide after an alarm (a sign of bias in the first runs). If the alarm came from
+/// more seeds, the number of fresh seeds is as large.
 pub const CONFIRMING_SEEDS: u32 = 128;
-/// The maximum number of samples per pixel of a control. More samples do not make its noise less skewed.
+/// The maximum number of samples per pixel of a control (path tracing with as much noise as a configuration). More samples
+/// do not make the noise of the control less skewed.
 const MAX_CONTROL_SAMPLES: u32 = 64;
 /// The half-width of the interval that contains 99 % of a normal distribution, in standard deviations.
 const NORMAL_99: f64 = 2.5758;
@@ -103,7 +105,8 @@ impl Bias {
         }
     }
 
-    /// The mean over the channels of the values that their biases are divided by ([`Reference::scale`]), as radiance.
+    /// The mean over the channels of the radiance that biases are divided by ([`Reference::scale`]). Figures divide errors
+    /// by it, so that bright and dark scenes are comparable.
     pub fn brightness(&self) -> f64 {
         self.scale.iter().sum::<f64>() / 3.0
     }
@@ -175,9 +178,9 @@ fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
         .collect()
 }
 
-/// A p-value for the blocks of a configuration's runs: the probability, without bias, of t values that differ as much from
-/// the control's distribution, or of one block that is as far off. It would be exact if blocks were independent. It is 1 if
-/// no block has noise.
+/// A p-value for the blocks of a configuration's runs. It is the probability, without bias, that their t values differ as
+/// much from those of `control` (runs of path tracing with similar noise), or that one block is as far off. It would be
+/// exact if blocks were independent, and is 1 if no block has noise.
 pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
     let own = t_values(runs, reference);
     if own.is_empty() {
@@ -189,8 +192,8 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
     (2.0 * all.min(worst)).min(1.0)
 }
 
-/// An unbiased control for the last frame of `configuration`: path tracing of the same light and time, with `samples`
-/// samples per pixel.
+/// The control of a configuration: path tracing, which has no bias, of the same light at the time of the configuration's
+/// last frame. Its blocks are compared with those of the configuration. `samples` is its number of samples per pixel.
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),
@@ -204,8 +207,8 @@ pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     }
 }
 
-/// The number of samples per pixel with which a control has about the noise of `runs`: a power of two from 1 to 64. `single`
-/// are runs of a control with one sample per pixel.
+/// The number of samples per pixel with which a control (path tracing for comparison) has about the noise of `runs`: a power
+/// of two from 1 to 64. `single` are runs of a control with one sample per pixel.
 pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     let variance = |runs: &[&Run]| {
         let blocks = runs.first().map_or(0, |run| run.blocks.len());
@@ -223,13 +226,13 @@ pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     (2.0_f64.powf(wanted) as u32).clamp(1, MAX_CONTROL_SAMPLES)
 }
 
-/// The result of the fresh seeds that decide after an alarm.
+/// The result of the runs with fresh seeds, which alone decide after an alarm (a sign of bias in the first runs).
 #[derive(Clone, Debug, Serialize)]
 pub struct Confirmation {
     /// The bias of the runs with fresh seeds.
     pub bias: Bias,
-    /// The probability, without bias, that the fresh runs deviate from the reference as much in the pattern of blocks that
-    /// the first runs showed.
+    /// The p-value of the pattern of blocks in which the first runs deviated from the reference: without bias, the
+    /// probability that fresh runs show the same pattern as strongly. It is 1 if they deviate to the other side.
     pub pattern_p_value: f64,
 }
 

@@ -5,8 +5,8 @@ use super::run::Run;
 use crate::metrics::statistics::Estimate;
 use serde::Serialize;
 
-/// The root mean square, over all blocks of 8 × 8 pixels, of the bias of their mean luminance, without the part that noise
-/// explains.
+/// The bias of the mean luminance of blocks of 8 × 8 pixels, as the root mean square over all blocks of a picture. The part
+/// that noise explains is subtracted.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BlockBias {
     /// The root mean square, as a fraction of the reference's mean luminance without emission; 0 if noise explains the whole

@@ -49,7 +49,8 @@ impl Folder {
         &self.path
     }
 
-    /// The path of the folder in it that holds the references, one EXR file each.
+    /// The path of the subfolder `references`. It holds the references (path-traced pictures that runs are compared with),
+    /// one EXR file each.
     pub fn references(&self) -> PathBuf {
         references(&self.path)
     }

@@ -16,7 +16,8 @@ pub enum Effort {
     Repeats,
 }
 
-/// The steps of a study that are done and those to come, for each scene and kind of work.
+/// The steps of a study that are done and those to come, for each scene and kind of work. From them follows the fraction of
+/// the study that is done, which progress reports show.
 #[derive(Debug, Default)]
 pub struct Forecast {
     stages: BTreeMap<(String, Effort), Stage>,
@@ -30,12 +31,13 @@ struct Stage {
 }
 
 impl Forecast {
-    /// Sets the number of steps of one kind that are still to come on a scene.
+    /// Sets the number of steps that are still to come on a scene, for one kind of work. It replaces the earlier number.
     pub fn expect(&mut self, scene: &str, effort: Effort, steps: u64) {
         self.stage(scene, effort).to_come = steps;
     }
 
-    /// Raises the number of steps of one kind that are still to come on a scene to at least `steps`.
+    /// Raises the number of steps that are still to come on a scene, for one kind of work, to `steps`; a number that is
+    /// larger already stays. A study calls it before it renders runs, with the number of steps that it finds missing.
     pub fn expect_at_least(&mut self, scene: &str, effort: Effort, steps: u64) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.max(steps);
@@ -50,7 +52,8 @@ impl Forecast {
         }
     }
 
-    /// Records that `steps` steps of one kind are done on a scene, and took the time `took` together.
+    /// Records that `steps` steps of one kind of work on a scene are done, and that together they took the time `took`. The
+    /// steps to come are reduced by them, and their mean duration estimates the rest.
     pub fn done(&mut self, scene: &str, effort: Effort, steps: u64, took: Duration) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.saturating_sub(steps);

@@ -60,8 +60,8 @@ pub struct Plan {
     pub source: TomlText,
 }
 
-/// The maximum of `seeds` and `most_seeds` in a plan. The seeds of controls and of confirmations begin far above it, so that
-/// they never overlap with the seeds of other runs.
+/// The maximum of `seeds` and `most_seeds` in a plan. The runs of path tracing for comparison, and the runs that decide
+/// after a sign of bias, have seeds far above it, so that no seed is used twice.
 const MAX_SEEDS: u32 = 1 << 16;
 
 /// The maximum number of configurations in a plan, including those of its sweeps. More are an error, before they take
@@ -373,8 +373,8 @@ impl Plan {
         Error::input(format!("{}: {what}", self.source.origin))
     }
 
-    /// Divides the numbers of seeds and of the references' samples by four, down to 2 at least, for a first look that proves
-    /// nothing.
+    /// Divides the numbers of seeds and of the references' samples by four, down to 2 at least. The option `--quick` uses it
+    /// for a first look, whose results prove nothing.
     pub fn quicken(&mut self) {
         self.most_seeds = Some(self.most_seeds());
         let counts = [&mut self.seeds, &mut self.reference_spp].into_iter();

@@ -2,10 +2,10 @@
 
 use serde_json::{Map, Value};
 
-/// All combinations of one value for each key of a sweep. Each is made on demand, so that the first wrong one ends the work
-/// before the others take memory.
+/// All combinations of one value for each key of a sweep (the part of a plan that lists values for some settings).
+/// Combinations are made one by one, so that a wrong setting is reported before the other combinations take memory.
 pub struct Product<'a> {
-    /// The keys, each with its values, of which there is at least one.
+    /// The dotted keys of settings, each with its list of values, which is not empty.
     lists: Vec<(&'a String, &'a [Value])>,
     /// The number of combinations: the product of the numbers of values. It is `usize::MAX` if it would be larger.
     pub count: usize,

@@ -15,18 +15,19 @@ use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The width and height of a block, in pixels. Blocks at the right and lower edges of a picture may be smaller.
+/// The width and height, in pixels, of a block of a picture, whose mean luminance is tested for bias. Blocks at the right
+/// and lower edges of a picture may be smaller.
 pub const BLOCK: usize = 8;
 /// The largest relative difference of a pixel's value that rounding can cause; sums of thousands of samples keep at least 24
 /// bits. Such differences do not count as bias.
 const ROUNDING: f64 = 1e-6;
 /// The seed of all references, far from the seeds of runs, so that runs and references have different random numbers.
 const SEED: u32 = 0x5EED_0000;
-/// The number of samples per pixel that the renderer adds in one call. Progress is reported, and a signal noticed, after
-/// each call and between the strips of a picture.
+/// The number of samples per pixel that the renderer adds in one call. Progress is reported, and a signal to stop is
+/// noticed, after each call and between the parts of a picture that are rendered one after another.
 const AT_ONCE: u32 = 16;
 
-/// The inputs of a reference: what it shows, and how it is rendered.
+/// The inputs of a reference (a path-traced picture that runs are compared with): what it shows, and how it is rendered.
 pub struct Shot<'a> {
     /// The device that renders the reference.
     pub device: &'a Arc<Device>,
@@ -65,8 +66,8 @@ pub struct Reference {
     pub mean: Vec<[f32; 3]>,
     /// The standard error of the mean of each pixel and channel, at least 0, in the unit of the mean.
     pub error: Vec<[f32; 3]>,
-    /// The radiance of the emitters that each pixel shows directly. It is subtracted before means are compared: it has no
-    /// noise, and with it the relative error of a picture's mean would be too small for the lit surfaces.
+    /// The radiance of the emitters that each pixel shows directly. It is subtracted from pictures before their means are
+    /// compared, because it has no noise, and because bright emitters would hide the relative error of the lit surfaces.
     pub emission: Vec<[f32; 3]>,
     /// The number of samples per pixel of which `mean` is the mean. More samples make `error` smaller.
     pub samples: u32,
@@ -217,8 +218,8 @@ impl Reference {
         self.half_width_by(u64::from(self.samples))
     }
 
-    /// [`Self::half_width`] with Student's quantile for `samples` samples, but the standard errors of this reference. Black
-    /// channels are left out.
+    /// The value of [`Self::half_width`] with Student's quantile for `samples` samples per pixel and the standard errors of
+    /// this reference. Black channels are left out.
     fn half_width_by(&self, samples: u64) -> f64 {
         let (rounding, _) = self.rounding();
         (self.mean_estimates().into_iter().zip(rounding))
@@ -276,7 +277,7 @@ impl Reference {
     }
 }
 
-/// The number of blocks along a side of a picture that has `pixels` pixels.
+/// The number of blocks ([`BLOCK`]) along a side of a picture; `pixels` is the length of the side in pixels.
 pub fn blocks_of_side(pixels: usize) -> usize {
     pixels.div_ceil(BLOCK)
 }

@@ -25,7 +25,8 @@ pub struct Row {
     pub rmse: Vec<f64>,
     /// The RMSE of each frame after it and its reference are clamped to [0, 1], as the mean over seeds.
     pub rmse_clamped: Vec<f64>,
-    /// The relMSE of each frame against its reference, as the mean over seeds.
+    /// The relMSE of each frame against its reference, as the mean over seeds: the mean of (a − b)² / (b² + 0.01) for values
+    /// a of the frame and b of the reference.
     pub relmse: Vec<f64>,
     /// The temporal correlation of each frame, in [−1, 1]: that of its errors with those of the previous frame, as the mean
     /// over seeds. It is 0 for frame 0.
@@ -50,10 +51,10 @@ pub struct Row {
     pub bias: Bias,
     /// The root mean square of the bias of blocks; null for fewer than three runs.
     pub block_bias: Option<BlockBias>,
-    /// The p-value of the comparison of the blocks with those of an unbiased control, which would be exact if blocks were
-    /// independent. It is 1 in rows that do not expect `unbiased`.
+    /// The p-value of the comparison of blocks of 8 × 8 pixels with those of path tracing with similar noise. It would be
+    /// exact if blocks were independent. It is 1 in rows that do not expect `unbiased`.
     pub blocks_p_value: f64,
-    /// The result of fresh seeds, if the first seeds raised an alarm; null otherwise.
+    /// The result of runs with fresh seeds, if the first seeds raised an alarm (a sign of bias); null otherwise.
     pub confirmation: Option<Confirmation>,
     /// The smallest p-value that decides about this row, after Holm's correction over the rows of the study. Below 0.01, the
     /// verdict is `biased`.
@@ -64,7 +65,7 @@ pub struct Row {
     pub replays: bool,
     /// The verdict that the plan expects. A verdict `biased` is a failure only if this is `unbiased`.
     pub expect: Expect,
-    /// The verdict that [`judge`] found.
+    /// The verdict of the bias check ([`judge`]): unbiased, biased, or undecided.
     pub verdict: Verdict,
     /// The work with which an undecided row could be decided; null for another verdict.
     pub missing: Option<Missing>,
@@ -83,11 +84,11 @@ pub struct Missing {
     pub minutes: Option<f64>,
 }
 
-/// The verdict of the bias check of a row.
+/// The outcome of the check whether one configuration has a bias on one scene, from the intervals and p-values of its runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// No bias was found, and the interval is narrow enough to have shown one.
+    /// No bias was found, and the 99 % interval is narrow enough (half-width at most [`WIDEST`]) to have shown one.
     Unbiased,
     /// The difference from the reference is too large to be chance: a corrected p-value is below [`LEVEL`].
     Biased,
@@ -107,8 +108,8 @@ impl Verdict {
 }
 
 impl Row {
-    /// Summarises the runs of a configuration on a scene, of which there is one for each seed. The verdict, the corrected
-    /// p-value and the detectable bias follow in [`judge`].
+    /// Summarises the runs of a configuration on a scene, one run for each seed. The verdict, the corrected p-value and the
+    /// detectable bias are preliminary; [`judge`] sets them.
     ///
     /// # Errors
     /// The settings have no JSON form, which cannot happen with finite numbers.
@@ -155,7 +156,7 @@ impl Row {
         })
     }
 
-    /// The reason why the row makes the study fail; `None` if it does not.
+    /// The reason, as a text for the user, why this row makes the study fail; `None` if it does not.
     pub fn complaint(&self) -> Option<&'static str> {
         if self.rejected > 0 {
             Some("values were refused")
@@ -186,8 +187,8 @@ impl Row {
         ))
     }
 
-    /// True if the first seeds raise an alarm, so that fresh seeds must decide. The threshold is [`LEVEL`] divided by
-    /// `rows`, the number of rows that are tested.
+    /// True if the first seeds raise an alarm (a sign of bias), so that fresh seeds must decide. The p-values are compared
+    /// with [`LEVEL`] divided by `rows`, the number of rows that are tested.
     pub fn alarms(&self, rows: usize) -> bool {
         let level = LEVEL / rows.max(1) as f64;
         let least = self.bias.p_values.iter().copied().fold(1.0, f64::min);

@@ -8,7 +8,8 @@ use crate::base::printable::printable;
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// All rows as a table for the terminal: one line for each row, then the costs, then a line that explains the columns.
+/// The rows of a study's results as a table for the terminal: one line for each row, then the costs, then a line that
+/// explains the columns.
 pub fn table(rows: &[Row]) -> String {
     // A name from a plan stays on its line.
     let printable_names = |row: &Row| Row {
@@ -123,8 +124,8 @@ fn costs(rows: &[Row]) -> String {
     text
 }
 
-/// All rows as CSV, with one line for each frame. Milliseconds are the sum over the passes of [`Row::milliseconds`]; rays
-/// are those of the last frame, and their field is empty if the plan does not request counts.
+/// The rows of a study's results as CSV, with one line for each frame of each row. Milliseconds are the sum over the passes
+/// of [`Row::milliseconds`]; rays are those of the last frame, and their field is empty if the plan does not request counts.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high,median\n",
@@ -169,9 +170,9 @@ pub fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// All rows as JSON, with the device, the driver, the commit of the program and a version of the format. Version 2 differs
-/// from 1 in these fields: the verdict `undecided` was `unclear` and had no `missing`, `any` was not an expectation,
-/// `detectable_bias` was `found_nine_times_in_ten`, and `first_runs` were among `milliseconds`.
+/// The rows of a study's results as JSON, with the device, the driver, the commit of the program and a version of the
+/// format. Version 2 differs from 1 in these fields: the verdict `undecided` was `unclear` and had no `missing`, `any` was
+/// not an expectation, `detectable_bias` was `found_nine_times_in_ten`, and `first_runs` were among `milliseconds`.
 ///
 /// # Errors
 /// The rows have no JSON form, which cannot happen with finite numbers.

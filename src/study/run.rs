@@ -22,7 +22,8 @@ pub struct Run {
     pub scene: String,
     /// The name of the configuration in the plan.
     pub configuration: String,
-    /// The hash of everything that the run depends on, except the seed. A run with other settings has another key.
+    /// The hash, as 16 hexadecimal digits, of everything that the run depends on, except the seed. A run with other settings
+    /// has another key.
     pub key: String,
     /// The seed, from which all random numbers of the run follow.
     pub seed: u32,
@@ -30,7 +31,8 @@ pub struct Run {
     pub rmse: Vec<f64>,
     /// The RMSE of each frame after it and its reference are clamped to [0, 1].
     pub rmse_clamped: Vec<f64>,
-    /// The relMSE of each frame against its reference.
+    /// The relMSE of each frame against its reference: the mean of (a − b)² / (b² + 0.01) for values a of the frame and b of
+    /// the reference.
     pub relmse: Vec<f64>,
     /// The temporal correlation of each frame, in [−1, 1]: Pearson's correlation of its errors with those of the previous
     /// frame; 0 for frame 0.
@@ -43,7 +45,8 @@ pub struct Run {
     /// The mean radiance of each channel, without directly visible emission, over the last frame. If frames show one time
     /// and do not depend on each other, it is the mean over all frames.
     pub mean: [f64; 3],
-    /// The mean luminance of each block, row by row, over the same frames as [`Self::mean`] and without emission.
+    /// The mean luminance of each block of 8 × 8 pixels, row by row, over the same frames as [`Self::mean`] and without
+    /// emission.
     pub blocks: Vec<f64>,
     /// The time of each pass in a frame, as the median over frames. Frame 0, which has no history, is left out if there are
     /// others, and so are first runs of passes.
@@ -51,7 +54,7 @@ pub struct Run {
     /// The times of passes when they ran for the first time, in which some drivers compile them.
     #[serde(default)]
     pub first_runs: Milliseconds,
-    /// The counts of each pass in the last frame; empty unless the renderer counts.
+    /// The counts of each pass in the last frame, such as the number of rays; empty unless the renderer counts.
     #[serde(skip)]
     pub counts: Vec<Counts>,
     /// The memory on the device that resampling keeps for each pixel, in bytes.
@@ -65,7 +68,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// True if the lists of the run have the lengths for `frames` frames and `blocks` blocks.
+    /// True if the lists of the run have the lengths for `frames` frames and `blocks` blocks. Otherwise its line in the file
+    /// was edited or damaged, and the run is rendered again.
     pub fn has_lengths(&self, frames: usize, blocks: usize) -> bool {
         let of_frames = [
             &self.rmse,
@@ -159,7 +163,8 @@ pub fn measure(
     Ok(run)
 }
 
-/// For each pass of the last entry of `all`, the median of its times over all entries.
+/// The median time of each pass over all entries of `all`, which are the times of several frames or runs. The passes are
+/// those of the last entry, in its order.
 pub fn medians<'a>(all: impl IntoIterator<Item = &'a Milliseconds>) -> Milliseconds {
     let all: Vec<&Milliseconds> = all.into_iter().collect();
     let of_pass = |name: &str| {

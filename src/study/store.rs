@@ -44,21 +44,21 @@ impl Store {
         seeds.insert(run.seed, run);
     }
 
-    /// Removes from memory the runs of a key that do not have `frames` frames and `blocks` blocks, because their lines were
-    /// edited or damaged. They are then rendered again.
+    /// Removes from memory the runs with this key ([`Run::key`]) that do not have `frames` frames and `blocks` blocks,
+    /// because their lines in the file were edited or damaged. They are then rendered again.
     pub fn keep_whole(&mut self, key: &str, frames: usize, blocks: usize) {
         if let Some(runs) = self.runs.get_mut(key) {
             runs.retain(|_, run| run.has_lengths(frames, blocks));
         }
     }
 
-    /// The run with this key and seed; `None` if it is not finished.
+    /// The run with this key ([`Run::key`]) and seed; `None` if it is not finished.
     pub fn find(&self, key: &str, seed: u32) -> Option<&Run> {
         self.runs.get(key)?.get(&seed)
     }
 
-    /// The finished runs of a key with seeds in a range, in the order of their seeds. Seeds without a finished run are left
-    /// out.
+    /// The finished runs with this key ([`Run::key`]) and with seeds in a range, in the order of their seeds. Seeds without
+    /// a finished run are left out.
     pub fn of(&self, key: &str, seeds: std::ops::Range<u32>) -> Vec<&Run> {
         let own = self.runs.get(key).into_iter();
         own.flat_map(|runs| runs.range(seeds.clone()).map(|(_, run)| run))

@@ -44,7 +44,7 @@ impl Subject {
     /// plan fixes the camera. References are stored in `folder`.
     ///
     /// # Errors
-    /// The device fails, or `HEADWATER_GLSL` names a folder that cannot be read.
+    /// The device fails, or the environment variable `HEADWATER_GLSL` names a folder of shaders that cannot be read.
     pub fn new(
         name: &str,
         scene: &Scene,
@@ -132,7 +132,7 @@ impl Subject {
         Ok(reference)
     }
 
-    /// The number of blocks in a picture of the scene.
+    /// The number of blocks (squares of 8 × 8 pixels whose mean luminance is tested for bias) in a picture of the scene.
     pub fn blocks(&self) -> usize {
         let sides = [self.view.width, self.view.height];
         (sides.iter())
@@ -140,8 +140,8 @@ impl Subject {
             .product()
     }
 
-    /// The hash of everything that the runs of a configuration depend on, except their seeds. Finished runs are stored under
-    /// it.
+    /// The hash, as 16 hexadecimal digits, of everything that the runs of a configuration depend on, except their seeds. The
+    /// store keeps finished runs under it; if something changes, runs are rendered again.
     ///
     /// # Errors
     /// The settings have no JSON form, which cannot happen with finite numbers.
@@ -243,8 +243,8 @@ impl Subject {
         })
     }
 
-    /// The hash of the inputs that all runs and references of the scene have, of `shaders`, which is a hash of their
-    /// shaders, and of the text `more`.
+    /// A BLAKE3 hash, cut to 16 hexadecimal digits. It covers the inputs that all runs and references of the scene have,
+    /// `shaders`, which is a hash of the shaders in use, and the text `more`.
     fn hash(&self, shaders: &str, more: &str) -> String {
         let info = &self.device.info;
         let text = format!(

@@ -17,11 +17,12 @@ use std::time::Instant;
 
 /// The first seed of controls (path tracing with as much noise as a configuration), far from the seeds of other runs.
 const CONTROL_SEED: u32 = 1 << 20;
-/// The first seed of the runs that alone decide after an alarm, far from the seeds of other runs.
+/// The first seed of the runs that alone decide after an alarm (a sign of bias in the first runs). It is far from the seeds
+/// of other runs.
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// The number of samples per pixel that the forecast expects a control to need, before the noise is measured. It changes no
-/// result.
+/// The number of samples per pixel that a control (path tracing with as much noise as a configuration) is expected to need.
+/// The forecast of the study's duration uses it until the noise is measured; it changes no result.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
 /// Adds to the forecast all work that `plan` requires on the scene `planned`. `own` are the configurations that are rendered
@@ -87,7 +88,7 @@ impl<'a> Work<'a> {
     }
 
     /// Renders the missing runs, and returns one row of results for each configuration, in the same order. The verdicts are
-    /// not decided yet.
+    /// not decided yet; [`judge`](super::results::judge) decides them for all scenes together.
     ///
     /// # Errors
     /// The device or the disk fails, a reference cannot be made or read, the scene cannot be rendered at the time of a
@@ -153,8 +154,9 @@ impl<'a> Work<'a> {
         Ok(seeds)
     }
 
-    /// The row of results of one configuration, from its runs with seeds below `seeds`. After an alarm it renders fresh
-    /// seeds; `all` is the number of configurations on the scene, which the threshold of the alarm depends on.
+    /// The row of results of one configuration, from its runs with seeds below `seeds`. If they raise an alarm (a sign of
+    /// bias), it also renders fresh seeds, which then decide. `all` is the number of configurations on the scene; with more
+    /// of them, the threshold of the alarm is lower.
     fn row(&mut self, configuration: &Resolved, seeds: u32, all: usize) -> Result<Row> {
         let key = self.subject.key(configuration)?;
         let bias = self.bias(configuration, seeds)?;
@@ -271,8 +273,8 @@ impl<'a> Work<'a> {
         ))
     }
 
-    /// The p-value of a comparison of the configuration's blocks with those of an unbiased control, which has as many runs
-    /// and similar noise. Renders the control's runs that are missing.
+    /// The p-value of a comparison of the configuration's blocks with those of a control (path tracing without bias), which
+    /// has as many runs and similar noise. Renders the control's runs that are missing.
     fn blocks_p_value(&mut self, configuration: &Resolved) -> Result<f64> {
         let seeds = self.plan.seeds;
         let own = self.subject.key(configuration)?;

@@ -1,4 +1,5 @@
-//! `--resume`: reads the sums of an earlier run from the first output file, and checks that this run can continue with them.
+//! `--resume`: reads the accumulated sums of an earlier run from the first output file, and checks that this run can
+//! continue with them.
 
 use super::{Args, PARTS};
 use crate::base::printable::{printable, shortened};
@@ -16,12 +17,13 @@ const VALUE_CHARACTERS: usize = 60;
 /// The maximum number of differing settings that a message lists.
 const LISTED: usize = 3;
 
-/// The maximum ratio of the low part of a sum, which is its rounding error, to the sum; a larger one shows a damaged file.
-/// There is room for devices that round differently.
+/// The maximum magnitude of the low part of a sum, as a fraction of its leading part. Each sum is stored as these two
+/// numbers, and the low part is the rounding error of the leading part. A larger low part shows a damaged file; the limit
+/// leaves room for devices that round differently.
 const LOW_PART: f64 = 1e-6;
 
-/// The largest fraction by which the mean square may be below the square of the mean, because squares and their sums are
-/// rounded. A larger one shows a damaged file.
+/// The largest fraction by which the mean square of a pixel's samples may be below the square of their mean, because squares
+/// and their sums are rounded. A larger difference shows a damaged file.
 const SPREAD_ROUNDING: f64 = 1e-4;
 
 /// Loads the sums of the first output file into the renderer, and returns their number of samples per pixel.
@@ -110,8 +112,9 @@ fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     Ok((0..earlier.pixels()).map(pixel).collect())
 }
 
-/// True if `samples` samples can have these sums: all parts are finite, leading parts are not negative, low parts are small
-/// relative to them, and the mean square is not below the square of the mean, except for rounding.
+/// True if `samples` samples of a pixel can have these sums. All parts must be finite, the leading parts not negative, and
+/// the low parts, which are rounding errors of the leading parts, small. The mean square must not be below the square of the
+/// mean, except for rounding.
 fn possible(pixel: &PixelSums, samples: u32) -> bool {
     let parts = PARTS.map(|(_, part)| part(pixel).as_dvec3());
     let [sum, sum_low, square, square_low] = parts;

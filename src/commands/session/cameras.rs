@@ -6,9 +6,9 @@ use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Chooses the scene's camera with the index or name `wanted`, at a time in seconds; an error if there is none. Without
-/// `wanted`, it is the first camera or, in a scene without cameras, one that frames the scene; then the returned index is
-/// `None`.
+/// Chooses the scene's camera with the index or name `wanted`, and returns it at `time`, in seconds, together with its
+/// index. Without `wanted`, chooses the first camera. If the scene has no cameras, makes one that frames the scene and has
+/// the index `None`. An error if no camera has the wanted index or name.
 pub(super) fn choose_camera(
     scene: &Scene,
     wanted: Option<&str>,

@@ -11,8 +11,9 @@ use crate::shader_interface::{MAX_RADIANCE, ReservoirAov};
 use crate::{Error, Result};
 
 impl Session {
-    /// The mean of the sums of `samples` samples per pixel as an image with channels `R`, `G`, `B`, with metadata and the
-    /// requested AOVs. With `samples` = 0 the picture is black. Prints a notice if values were rejected.
+    /// Makes the picture from `sums`, the accumulated radiance of `samples` samples per pixel. It has their mean as channels
+    /// `R`, `G`, `B`, metadata, and the requested AOVs. With `samples` = 0 the picture is black. Prints a notice if shaders
+    /// rejected values, such as NaN.
     ///
     /// # Errors
     /// The device fails, or its driver ended loops early.
@@ -120,7 +121,8 @@ impl Session {
     }
 }
 
-/// Returns an error if `aovs` contains one that shows reservoirs, and these settings and bounces make no such reservoirs.
+/// Returns an error if one of `aovs` shows reservoirs that do not exist with these settings and with `bounces`, the maximum
+/// number of scattering events.
 pub(super) fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
     for (lighting, needed) in [
         (Lighting::Direct, "--bounces of at least 1"),

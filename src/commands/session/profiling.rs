@@ -1,4 +1,4 @@
-//! The functions of a session that `profile` needs.
+//! The functions of a session that the command `profile` needs: times and counts of frames, and a description of the run.
 
 use super::Session;
 use super::cameras::camera_text;
@@ -58,7 +58,7 @@ impl Session {
     }
 
     /// The subject of a profile: the scene, the settings, the device, the view, and the numbers of frames of the plan. Two
-    /// profiles are compared only if their subjects agree in all but settings and numbers of frames.
+    /// profiles are compared only if their subjects agree in all but the settings and the number of timed frames.
     ///
     /// # Errors
     /// A setting has no JSON form, which does not happen with finite values.

@@ -13,7 +13,8 @@ use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
 /// The minimum area of a cluster's lights, as a fraction of the square of its box's diagonal. The fraction is 0.5 for a
-/// square, 0.25 for a rectangle of 1 to 3.7, and 1.05 for a sphere. A higher minimum makes more and smaller clusters.
+/// square, 0.25 for a rectangle whose sides have the ratio 3.7, and 1.05 for a sphere. A higher minimum makes more and
+/// smaller clusters.
 const FILLED: f64 = 0.25;
 /// The maximum diagonal of a cluster with several lights, as a fraction of the diagonal of all lights. It divides emitters
 /// that fill the scene, such as a floor that glows, into many clusters.
@@ -43,7 +44,8 @@ impl Unit {
     }
 }
 
-/// Partitions lights into clusters, which are lists of indices into `lights`. Lights with equal `group` have common corners.
+/// Partitions lights into clusters. Each cluster is a list of indices into `lights`, and each light is in exactly one
+/// cluster. Triangles with equal `group` are connected by common corners.
 pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     let mut clusters = Vec::new();
     if lights.is_empty() {
@@ -145,8 +147,8 @@ mod tests {
         lights
     }
 
-    /// Clusters 100 windows of `side` × `side` cells each. Returns the largest number of clusters with lights of one window,
-    /// and true if some cluster holds lights of two windows.
+    /// Makes clusters of the lights of 100 windows with `side` × `side` cells each. Returns the number of clusters of the
+    /// window that has most of them, and true if some cluster holds lights of two windows.
     fn windows(side: usize, scale: f32) -> (usize, bool) {
         let mut lights = Vec::new();
         for window in 0..100 {

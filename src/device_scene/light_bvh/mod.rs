@@ -28,21 +28,22 @@ use glam::{DVec3, Vec3};
 /// Options for the construction of a light BVH.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBvhOptions {
-    /// The factor by which boxes are enlarged; `None` chooses it. Larger boxes find more lights at a point, by longer walks.
+    /// The factor by which boxes are enlarged beyond their lights; with `None`, the construction chooses one. With larger
+    /// boxes a walk finds more lights at a point, or finds far lights in smaller groups, and takes longer.
     pub scale: Option<f32>,
-    /// True if a walk finds a cut of the tree, which has all lights; false if it finds the clusters whose boxes of influence
-    /// hold the point.
+    /// True if a walk finds all lights at every point: near clusters one by one, and far ones joined in groups (a cut of the
+    /// tree). False if it finds only the clusters whose boxes of influence hold the point.
     pub cut: bool,
     /// True if lights that are close to each other form clusters; false if each light is a separate cluster.
     pub clusters: bool,
     /// True if the lights of a node are drawn in proportion to their power; false if they are drawn uniformly.
     pub by_power: bool,
-    /// True if the tree contains no rare lights, because they have separate candidates.
+    /// True if the tree contains no rare lights (far dimmer than the others), because they have separate candidates.
     pub leaves_out_rare: bool,
 }
 
 impl LightBvhOptions {
-    /// True if the construction needs points on surfaces, from which it chooses the scale of boxes of influence.
+    /// True if [`LightBvh::new`] needs points on surfaces, from which it chooses the scale of boxes of influence.
     pub fn needs_surfaces(&self) -> bool {
         self.scale.is_none() && !self.cut
     }
@@ -116,8 +117,9 @@ impl NearLight {
 pub struct LightBvhContents {
     /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
-    /// Two arrays side by side. By position in the order of the leaves: the light and its first integer, with one more entry
-    /// after the last light. By index among the lights of all kinds: the light's leaf and its position.
+    /// Two arrays that share their index. The first one (`light`, `before`) has the lights in the order of the leaves, and
+    /// one more entry after the last light. The second one (`leaf`, `index`) has the place of each light in the tree, by
+    /// index among the lights of all kinds.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -125,7 +127,8 @@ const _: () =
     assert!(size_of::<GpuLightNode>() == NODE_ENTRIES as usize * size_of::<GpuLightEntry>());
 
 impl LightBvhContents {
-    /// The content of the device buffer, in groups of four words: the nodes, then the entries.
+    /// The content of the device buffer `light_bvh`, in groups of four words: the nodes, five groups each, then the entries,
+    /// one group each.
     pub fn words(&self) -> Vec<[u32; 4]> {
         let nodes: &[[u32; 4]] = bytemuck::cast_slice(&self.nodes);
         [nodes, bytemuck::cast_slice(&self.entries)].concat()
@@ -179,8 +182,9 @@ struct Topology {
     count: u32,
 }
 
-/// The scale of a cut, if none is set: a walk goes on to a node's children up to this many times half its diagonal from its
-/// box. A larger scale draws lights more precisely, and makes walks longer.
+/// The scale of a cut of the tree, if the options set none. A walk goes on to a node's children if the point is closer to
+/// the node's box than this scale times half the diagonal of the box. A larger scale draws lights more precisely, and makes
+/// walks longer.
 const CUT_SCALE: f32 = 1.0;
 
 impl LightBvh {
@@ -365,8 +369,9 @@ impl LightBvh {
     }
 }
 
-/// The sums of the weights before each entry, then the sum of all weights, as strictly increasing integers below 2³². The
-/// differences are the probabilities with which shaders draw the entries by a random integer.
+/// For each weight, the sum of the weights before it, and at the end the sum of all weights. The sums are scaled to strictly
+/// increasing integers below 2³². Shaders draw an entry by a random integer between two of these sums, so the differences
+/// are in proportion to the probabilities.
 fn integer_sums(weights: &[f64]) -> Vec<u32> {
     let total: f64 = weights.iter().sum();
     let room = f64::from(u32::MAX) - 1.0 - weights.len() as f64;
@@ -383,7 +388,8 @@ fn integer_sums(weights: &[f64]) -> Vec<u32> {
 /// A box (min, max) that holds no point: the neutral element of the union of boxes.
 const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
-/// The union of boxes and the sums of powers over lights.
+/// The union of the boxes of some lights, and the sums of their powers and of their normals. Boxes of nodes are made from
+/// it.
 #[derive(Clone, Copy)]
 struct LightSum {
     low: Vec3,
@@ -436,7 +442,8 @@ impl LightSum {
         scale * power.sqrt() as f32
     }
 
-    /// The box (min, max) of a cut inside of which a walk goes on to the children of the node.
+    /// For a cut of the tree, the box (min, max) of a node with these lights. Where the box holds the point, a walk goes on
+    /// to the node's children; elsewhere it takes the lights as one.
     fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
         let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
         (self.low - radius, self.high + radius)

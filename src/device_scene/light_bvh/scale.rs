@@ -1,15 +1,17 @@
-//! The choice of the scale of boxes of influence, from the number of boxes that hold points on surfaces.
+//! The choice of the scale of boxes of influence (boxes around clusters of lights, outside of which the light BVH does not
+//! find the cluster), from the number of boxes that hold points on surfaces.
 
 use super::{LightBvh, NearLight, walk};
 use crate::shader_interface::GpuLightNode;
 use glam::Vec3;
 
-/// The mean number of boxes of influence that hold a point on a surface, averaged over the points that at least one box
-/// holds. A higher number gives better candidates where many lights matter, and longer walks through the tree.
+/// The number of boxes of influence that shall hold a point on a surface, in the mean over the points that are in at least
+/// one box. A higher number gives better candidates where many lights matter, and longer walks through the tree.
 const OVERLAP: f64 = 8.0;
 
-/// Finds the smallest scale, as a power of 2 with an exponent in steps of 1/4, at which [`OVERLAP`] is reached. With up to
-/// ten clusters, the goal is instead that three quarters of them hold a point in `surfaces`, averaged over all points.
+/// Finds the smallest scale of boxes of influence at which [`OVERLAP`] is reached among the points `surfaces`. For up to ten
+/// clusters, a point shall instead be in three quarters of the boxes, in the mean over all points. Scales between 2⁻³⁰ and
+/// 2³⁰ are tried, in steps of a factor 2^¼. If none is sufficient, the result is 2³⁰.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
     // Up to ten clusters are too few for that number: three quarters of them are wanted, in the mean over all points. Over those
     // that a box holds the points on the emitters themselves would do.
@@ -43,7 +45,7 @@ pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f
     scale_of(high)
 }
 
-/// The number of clusters whose boxes of influence hold `point`.
+/// The number of clusters whose boxes of influence hold `point`, which is in the device's world space.
 fn boxes_around(nodes: &[GpuLightNode], point: Vec3) -> u64 {
     let held = walk(nodes, point).filter(|visit| visit.inside && visit.is_leaf);
     held.count() as u64
@@ -63,7 +65,8 @@ mod tests {
     use crate::procedural;
     use glam::DVec3;
 
-    /// An emitter stands on a surface of the same object, which must not count as the only surface that it lights.
+    /// The points on the emitter itself must not be sufficient for the scale: the box of a single emitter must hold most
+    /// points.
     #[test]
     fn one_emitter_lights_most_points() {
         let scene = procedural::generate("statue-room", &[]).unwrap();

@@ -10,17 +10,18 @@ use std::f32::consts::TAU;
 
 /// The number of rays that start from each cluster. More rays find the extent of the light more exactly, and take longer.
 const RAYS: usize = 256;
-/// The number of clusters whose rays are traced in one call. It limits the memory for rays on the host to about 40 MB.
+/// The maximum number of clusters whose rays are traced in one call. It limits the memory on the host: a million rays of 32
+/// bytes, which are held twice.
 const CLUSTERS_AT_ONCE: usize = 4096;
 /// The distance of a ray's origin from its light, as a fraction of the largest coordinate. It is several times the rounding
 /// error of f32, so that the ray does not hit the emitter itself.
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
-    /// Limits the boxes of clusters to the surfaces that rays from their lights reach. From each cluster with power,
-    /// `RAYS` rays start in random directions, at points that are uniform by area in lights that are equally likely, and
-    /// end at the radius of influence. `trace` returns the distance to each ray's hit in the device's units, or a negative
-    /// value for a miss. Clusters without power keep their boxes, since they may be switched on later.
+    /// Limits the boxes of influence of clusters to the surfaces that rays from their lights reach. Each cluster with power
+    /// gets `RAYS` rays in random directions. A ray starts at a random point of a random light of the cluster, and ends at
+    /// the radius of influence. `trace` returns the distance to each ray's hit in the device's units, or a negative value
+    /// for a miss. Clusters without power keep their boxes, since they may be switched on later.
     ///
     /// # Errors
     /// The errors of `trace`.
@@ -67,7 +68,8 @@ impl LightBvh {
     }
 }
 
-/// A ray in a random direction from a random point of the light with this index among all lights. It ends at `radius`.
+/// A ray from a random point of the light with this index among all lights, in a random direction into which the light
+/// emits. It ends at the distance `radius`, in the device's units.
 fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> RayQuery {
     let (position, axis) = point(lights, light, random);
     let mut direction = direction(random);
@@ -83,8 +85,8 @@ fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> Ray
     }
 }
 
-/// A random point of the light with this index among all lights, and the normal of the half space that it lights. The normal
-/// is zero if it lights the whole space.
+/// A random point, uniform by area, of the light with this index among all lights, and the normal of the half space that the
+/// light illuminates. The normal is zero for a light that emits into all directions.
 fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     if let Some(light) = lights.triangles.get(index) {
         let root = random.unit().sqrt();

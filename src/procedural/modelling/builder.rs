@@ -9,7 +9,8 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 /// it would be arbitrary which one is visible.
 pub const SINK: f32 = 0.002;
 
-/// Pairs of a material and all shapes that have it. Shapes of equal materials are merged, so that there are few large parts.
+/// A mesh under construction, as pairs of a material and one shape with all triangles of that material. It has few large
+/// parts, because shapes of equal materials are merged.
 #[derive(Default)]
 pub struct Model(pub Vec<(Material, Shape)>);
 
@@ -48,7 +49,8 @@ impl Builder {
         self.0.meshes.len() as u32 - 1
     }
 
-    /// Sets the texture coordinates of a mesh: `laid` gives them for the position of each vertex in object space.
+    /// Sets the first set of texture coordinates of the mesh with this index. `laid` gives the coordinates of a vertex from
+    /// its position in object space.
     pub fn lay(&mut self, mesh: u32, laid: impl Fn(Vec3) -> Vec2) {
         let mesh = &mut self.0.meshes[mesh as usize];
         mesh.uvs[0] = mesh.positions.iter().map(|p| laid(*p)).collect();

@@ -5,8 +5,8 @@ use super::simplify::simplify;
 use glam::{Mat3, Vec3};
 use std::collections::HashMap;
 
-/// The coordinates of grid lines along one axis, in metres from `start` on. Each run (end, step) continues to its end with
-/// steps of about this size.
+/// The coordinates in metres of grid lines along one axis, in increasing order from `start` on. Each run (end, step) adds
+/// equal steps of about the size `step`, so that a grid line is exactly at `end`.
 pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     let mut ticks = vec![start];
     let mut from = start;
@@ -67,8 +67,8 @@ fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
 /// The indices of a grid node along x, y and z; also names the cell whose lowest corner is that node.
 type GridIndex = [usize; 3];
 
-/// The number of nodes along each side of a block whose values are computed together. A block far from the surface needs one
-/// evaluation of the body.
+/// The number of grid nodes along each side of a block. For a block far from the surface, the body's function is evaluated
+/// once instead of at every node.
 const BLOCK: usize = 5;
 /// An assumed upper bound of the gradient's length of a body's function. It decides which blocks are far from the surface;
 /// if it were too low, parts of the surface could be missed.

@@ -154,7 +154,8 @@ impl Shape {
         self
     }
 
-    /// The shape with every point mapped by `f`, which must not mirror. Normals are mapped by the derivative of `f`.
+    /// The shape with every point mapped by `f`. Normals are mapped by the derivative of `f`. `f` must not mirror, because
+    /// that would exchange front and back.
     pub fn map(mut self, f: impl Fn(Vec3) -> Vec3) -> Self {
         for (normal, &p) in self.normals.iter_mut().zip(&self.positions) {
             const STEP: f32 = 1e-3;

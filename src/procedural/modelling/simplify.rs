@@ -42,7 +42,8 @@ impl Quadric {
     }
 }
 
-/// An edge that may be collapsed: the bits of its cost, its two points, and how often each had changed by then.
+/// An edge that may be collapsed: the bits of its cost (an f64), the indices of its two points, and for each point the
+/// number of its changes when the cost was computed.
 type Candidate = (u64, [usize; 2], [u32; 2]);
 
 /// A closed surface that is being simplified.
@@ -52,7 +53,7 @@ struct Net<'a> {
     /// For each point, the indices of the faces around it; empty for a removed point.
     around: Vec<Vec<usize>>,
     quadrics: Vec<Quadric>,
-    /// For each point, how often it has changed. A candidate with other counts is outdated.
+    /// For each point, how often it has changed. A candidate edge with other numbers is outdated and is not collapsed.
     changes: Vec<u32>,
     candidates: BinaryHeap<Reverse<Candidate>>,
 }

@@ -36,7 +36,8 @@ impl Stage {
         scene
     }
 
-    /// Adds a node with a constant transform relative to its parent, or to the world without one. Returns the node's index.
+    /// Adds a node of the scene's hierarchy of transforms, which does not move by itself. `transform` is relative to the
+    /// node `parent`, or to the world if there is none. Returns the node's index.
     pub fn node(&mut self, parent: Option<u32>, transform: DAffine3) -> u32 {
         self.push(parent, Transform::Fixed(transform))
     }
@@ -50,7 +51,7 @@ impl Stage {
         self.motion.nodes.len() as u32 - 1
     }
 
-    /// Adds an instance of a mesh that moves with a node.
+    /// Adds an instance of the mesh with the index `mesh`. It moves with the node that has the index `node`.
     pub fn hang(&mut self, name: &str, mesh: u32, node: u32) {
         self.motion
             .instances
@@ -60,8 +61,8 @@ impl Stage {
         self.room.place(name, mesh, DAffine3::IDENTITY);
     }
 
-    /// Animates the emission of the material that is added next. The emission is `color` × `strength`; a track of either
-    /// replaces its constant value over time.
+    /// Animates the emission of the material that is added next. The emission is `color` × `strength`. If a track (values
+    /// over time) is given for one of them, the track replaces its constant value.
     pub fn emit(
         &mut self,
         color: Vec3,
@@ -103,8 +104,9 @@ pub fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQ
     repeated(speed, period, Interpolation::CubicSpline, &keys)
 }
 
-/// A track that repeats `keys` for at least 16 s and ends at the value with which it starts. The time of a key is a fraction
-/// of the period, which is `period` / `speed` seconds. `None` if `speed` is 0.
+/// A track that repeats `keys` for at least 16 s and ends at the value with which it starts. A key is a time and one value,
+/// or for cubic splines a value between its two tangents. The time is a fraction of the period, which is `period` / `speed`
+/// seconds. `None` if `speed` is 0.
 pub fn repeated<T: Keyed, const N: usize>(
     speed: f64,
     period: f64,

@@ -31,8 +31,9 @@ pub struct Body {
 }
 
 impl Body {
-    /// Makes a body of `balls` (centre, radius). The mean of their centres starts at the position `at`, with the rotation
-    /// `turn`. `volume` stands for the mass.
+    /// Makes a body of `balls`, each with its centre and its radius in metres. The body starts with the rotation `turn`, and
+    /// with the mean of the balls' centres at `at` in the world. `volume` is used as its mass, as if all bodies had the same
+    /// density.
     pub fn new(mut balls: Vec<(Vec3, f32)>, volume: f32, at: Vec3, turn: Mat3) -> Self {
         let count = balls.len() as f32;
         let middle = balls.iter().map(|b| b.0).sum::<Vec3>() / count;
@@ -51,7 +52,8 @@ impl Body {
         self.at + self.turn * (p - self.middle)
     }
 
-    /// Moves and rotates the body to the best fit of its balls, and moves the balls to their positions in the body.
+    /// Moves and rotates the body so that it fits the current positions of its `balls` best. Then moves the balls to their
+    /// places in the rigid body.
     fn fit(&mut self, balls: &mut [Ball]) {
         let count = balls.len() as f32;
         self.at = balls.iter().map(|b| b.at).sum::<Vec3>() / count;
@@ -120,7 +122,8 @@ fn keep_above_floor(ball: &mut Ball) {
     }
 }
 
-/// Finds the pairs of balls of different bodies that may meet before the next search, as indices in increasing order.
+/// Finds the pairs of balls that may meet before the next search. The balls of a pair belong to different bodies, and the
+/// smaller of their two indices is first.
 fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
     // Distance at which a ball may touch something before the next search.
     let reach = |b: &Ball| {

@@ -91,8 +91,8 @@ impl Profile {
         })
     }
 
-    /// Sweeps the profile along `sides` steps. `point` maps a step's end, in 0 to `sides`, and a profile point to a
-    /// position; `normal` maps the step, its end and a normal of the profile to a normal.
+    /// Sweeps the profile in `sides` steps, whose ends are numbered from 0 to `sides`. `point` gives the position of a point
+    /// of the profile at an end. `normal` gives the normal in a step, at one of its ends, from a normal of the profile.
     fn swept(
         &self,
         sides: u32,

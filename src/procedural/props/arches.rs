@@ -34,7 +34,8 @@ impl Arch {
         wall
     }
 
-    /// The part of the flat wall above the height where the round part begins.
+    /// The part of the flat wall around the opening that is above the height at which the round part begins. It reaches
+    /// `half` metres to each side, and up to `height` metres.
     pub fn spandrel(&self, half: f32, height: f32) -> Shape {
         let mut wall = Shape::default();
         let mut face = |a: Vec2, b: Vec2, c: Vec2| {

@@ -8,8 +8,8 @@ use glam::Vec3;
 /// The height of a storey, in metres.
 pub const STOREY: f32 = 3.4;
 
-/// Adds a house on a lot of `size` (in metres, with its height) around `foot`: storeys with bands of glass between piers.
-/// `lit` is the fraction of lit windows.
+/// Adds a house of `size` (width, height and depth in metres) with the middle of its foot at `foot`. Its storeys have bands
+/// of glass between piers. `lit` is the fraction of windows that are lit.
 pub fn house(model: &mut Model, random: &mut Random, foot: Vec3, size: Vec3, lit: f32) {
     let wall = random.pick(&[
         [0.42, 0.3, 0.23],
@@ -130,7 +130,8 @@ fn roof(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     }
 }
 
-/// Adds bars of coloured light on a frame at the edge of a roof with its middle at `top`. `size` is the house's, in metres.
+/// Adds bars of coloured light on a frame at the edge of a roof whose middle is at `top`. `size` is the size of the house in
+/// metres.
 fn sign(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     let steel = metal("sign frame", Vec3::splat(0.2), 0.5);
     let color = random.pick(&[

@@ -11,7 +11,7 @@ pub const BAY: f32 = 2.6;
 pub const THICK: f32 = 0.5;
 /// The height of a storey, in metres.
 pub const STOREY: f32 = 4.9;
-/// The height above a floor at which the round part of its arches begins, in metres.
+/// The height above the floor of a storey at which the round part of an arch begins, in metres.
 pub const SPRING: f32 = 3.0;
 /// The height of a balustrade, in metres.
 pub const RAIL: f32 = 0.95;

@@ -32,7 +32,8 @@ pub struct Festival {
     left: u64,
 }
 
-/// The number of emissive triangles reserved for the pennants. These have one triangle each, so that the total is exact.
+/// The number of emissive triangles that only the pennants may use. A pennant has one triangle, so the street gets exactly
+/// as many lights as asked for.
 const RESERVE: u64 = 60;
 
 impl Festival {
@@ -44,12 +45,12 @@ impl Festival {
         }
     }
 
-    /// True if the budget suffices for another lantern.
+    /// True if enough emissive triangles are left for another lantern; the street is made longer as long as this holds.
     pub fn has_light(&self) -> bool {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }
 
-    /// Adds a shape that emits `radiance`, or the same shape without emission if the budget is spent.
+    /// Adds a shape that emits `radiance`. If too few emissive triangles are left for it, the shape is dark instead.
     pub fn light(&mut self, name: &str, radiance: Vec3, shape: Shape) {
         let triangles = shape.triangle_count() as u64;
         if self.left >= RESERVE + triangles {
@@ -105,7 +106,7 @@ impl Festival {
         }
     }
 
-    /// Adds a market stall that is long along z and open towards +x.
+    /// Adds a market stall at `spot`, which is long along z and open towards +x, the middle of the street.
     pub fn stall(&mut self, random: &mut Random, spot: Spot) {
         let wood = dielectric("stall wood", Vec3::new(0.24, 0.14, 0.07), 0.5);
         let half = 1.25;

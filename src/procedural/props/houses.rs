@@ -71,8 +71,8 @@ pub fn house(street: &mut Festival, random: &mut Random, spot: Spot, width: f32)
     shop(street, random, spot, width, &timber);
 }
 
-/// Adds a steep roof with its gable towards the street. `out` is the x coordinate of the front below it, and `foot` the
-/// height at which it begins, in metres.
+/// Adds a steep roof with its gable towards the street. `out` is the x coordinate of the front below the gable, and `foot`
+/// is the height at which the roof begins, in metres.
 fn gable(
     street: &mut Festival,
     spot: Spot,
@@ -109,7 +109,8 @@ fn gable(
     }
 }
 
-/// Adds a row of windows, some lit. `out` is the x coordinate of the front, `foot` the height of the floor, in metres.
+/// Adds a row of windows, some lit. `out` is the x coordinate of the front, and `foot` is the height of the storey's floor,
+/// in metres.
 fn windows(
     street: &mut Festival,
     random: &mut Random,

@@ -131,7 +131,7 @@ impl Sitter {
     }
 }
 
-/// A bust of 0.68 m at the origin that faces +Z, with random features.
+/// A bust with random features, 0.68 m high. It stands at the origin and faces +Z.
 pub fn bust(random: &mut Random) -> Shape {
     let sitter = Sitter::new(random);
     let across = [(-0.055, 0.01), (0.055, 0.004), (0.24, 0.01)];

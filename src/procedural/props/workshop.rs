@@ -17,7 +17,7 @@ fn timber(name: &str, light: f32) -> Material {
     dielectric(name, vec3(0.42, 0.27, 0.14) * light, 0.5)
 }
 
-/// A crate of slats on a frame, which stands at the origin.
+/// A crate of slats on a frame, of this size in metres, which stands at the origin.
 pub fn crate_of(size: Vec3) -> Model {
     let mut model = Model::default();
     let half = size / 2.0;
@@ -65,7 +65,7 @@ pub fn crate_of(size: Vec3) -> Model {
     model
 }
 
-/// A cardboard box with its tape, which stands at the origin.
+/// A cardboard box with its tape, of this size in metres, which stands at the origin.
 fn carton(random: &mut Random, size: Vec3) -> Model {
     let mut model = Model::default();
     let tint = random.pick(&[[0.45, 0.31, 0.18], [0.36, 0.24, 0.13], [0.52, 0.4, 0.26]]);

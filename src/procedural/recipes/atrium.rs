@@ -48,12 +48,13 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 const ACROSS: u32 = 3;
 /// The distance in metres from the middle plane of an arcade to the wall behind it.
 const GALLERY: f32 = 2.7;
-/// The height in metres from a floor to the ceiling of the gallery above it.
+/// The height of each gallery's ceiling above the gallery's floor, in metres.
 const CEILING: f32 = 4.6;
 /// The height of the court's ceiling in metres.
 const TOP: f32 = 2.0 * STOREY + 0.75;
 
-/// One side of the court. It turns and moves shapes that face +Z, so that they stand on this side and face the middle.
+/// One side of the court: the rotation around +Y in degrees, the position and the number of arches. They place a shape that
+/// faces +Z so that it stands on this side and faces the middle of the court.
 struct Side {
     turn: f32,
     middle: Vec3,
@@ -85,7 +86,7 @@ impl Side {
         scene.place(name, mesh, DAffine3::from_rotation_translation(turn, to));
     }
 
-    /// The centres of the side's bays: positions in metres along the side, from its middle.
+    /// The centres of the side's bays, one per arch: positions in metres along the side, from its middle.
     fn bays(&self) -> impl Iterator<Item = f32> + use<> {
         let bays = self.bays;
         (0..bays).map(move |i| (i as f32 - (bays - 1) as f32 / 2.0) * BAY)
@@ -97,7 +98,8 @@ impl Side {
     }
 }
 
-/// A horizontal ring at the height `y` between two rectangles, given by half their sizes along X and Z; it faces up or down.
+/// A horizontal ring at the height `y` between two rectangles, which are given by half their sizes along X and Z. It faces
+/// up if `up` is true, and otherwise down.
 fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     let corners = |half: Vec2| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
@@ -117,7 +119,7 @@ fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     ring
 }
 
-/// Adds a floor of pale, dark and red marble tiles with open joints. `half` has half the court's size along X and Z.
+/// Adds a floor of pale, dark and red marble tiles with open joints. `half` has half the floor's size along X and Z.
 fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
     let ground = Material::lambert("joints", Vec3::splat(0.06));
     let (corner, size) = (vec3(-half.x, -0.012, -half.y), half * 2.0);
@@ -275,8 +277,9 @@ fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     }
 }
 
-/// Hangs a lamp at the height `y[0]` from a ceiling at the height `y[1]`. The object at `behind` hides it from `eye`;
-/// `beyond` is its distance from the eye, as a multiple of the object's.
+/// Hangs a lamp of the radiance `light` at the height `y[0]` from a ceiling at the height `y[1]`. Seen from above, it is on
+/// the line from `eye` through the object at `behind`, which hides it. Its distance from `eye` is `beyond` times that of the
+/// object.
 fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
     let [y, ceiling] = y;
     let to = (eye + (behind - eye) * beyond).with_y(y);

@@ -283,7 +283,8 @@ fn paint(model: &mut Model, blocks: u64) {
     }
 }
 
-/// Adds cars to every road, on the right-hand side.
+/// Adds cars to every road, which drive on the right-hand side. `blocks` is the number of blocks along each side of the
+/// grid.
 fn traffic(scene: &mut Builder, stock: &Stock, random: &mut Random, blocks: u64) {
     let origin = -PITCH * blocks as f32 / 2.0;
     for swap in [false, true] {

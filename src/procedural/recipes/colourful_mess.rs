@@ -41,7 +41,7 @@ const COLORS: [[f32; 3]; 10] = [
     [0.75, 0.73, 0.68],
 ];
 
-/// The radiances from which each light in the heap gets one at random.
+/// The RGB radiances of the glowing balls in the heap, from which each ball gets one at random.
 const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.4, 0.15],
     [9.0, 2.6, 0.2],
@@ -51,7 +51,7 @@ const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.35, 2.6],
 ];
 
-/// Half the size of the room around the heap, in metres. Its walls reflect light onto the heap.
+/// The height and half the width of the room around the heap, in metres. The room's walls reflect light onto the heap.
 const ROOM: f32 = 5.0;
 
 fn finish(random: &mut Random) -> Material {
@@ -130,8 +130,9 @@ fn block(random: &mut Random) -> Toy {
     }
 }
 
-/// Six balls around the height axis as (centre, radius), which represent a round of a toy with this radius. `height` is
-/// their centre's, and `thick` is their radius.
+/// Six balls (centre, radius) in a horizontal ring around the y axis, which represent a slice of a round toy in the
+/// simulation. `radius` is that of the slice, `height` is the height of the balls' centres, and `thick` is the radius of the
+/// balls, all in metres.
 fn wreath(radius: f32, height: f32, thick: f32) -> impl Iterator<Item = (Vec3, f32)> {
     const HALF_ROOT_3: f32 = 0.866_025_4;
     let points = [(1.0, 0.0), (0.5, HALF_ROOT_3), (-0.5, HALF_ROOT_3)];

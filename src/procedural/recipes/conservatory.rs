@@ -180,7 +180,8 @@ fn furnish(room: &mut Builder) {
     room.place("sphere", sphere, transform);
 }
 
-/// Adds a wall of laths, which moves with `speed`, and leaves in the pot. Alpha cuts out the holes and the leaves' outlines.
+/// Adds a wall of laths and the leaves in the pot; alpha cuts out the holes between the laths and the leaves' outlines. The
+/// wall slides to and fro, and `speed` multiplies its speed.
 fn trellis(stage: &mut Stage, speed: f64) {
     let room = &mut stage.room;
     let holes = room.image("trellis", 8, |x, y| {
@@ -234,7 +235,8 @@ fn trellis(stage: &mut Stage, speed: f64) {
     }
 }
 
-/// Adds a swinging lantern whose texture has bright and dark panes. If it is `pierced`, there are holes in both.
+/// Adds a swinging lantern whose texture has bright and dark panes; `speed` multiplies the speed of the swing. If `pierced`
+/// is true, alpha cuts holes into panes of both kinds.
 fn lantern(stage: &mut Stage, speed: f64, pierced: bool) {
     let panes = stage
         .room
@@ -271,7 +273,8 @@ fn lantern(stage: &mut Stage, speed: f64, pierced: bool) {
     stage.hang("lantern", lantern, hook);
 }
 
-/// Adds the lights that have no surface: a candle, a spot and the sun. The spot and the sun move with `speed`.
+/// Adds the lights that have no surface: a candle, a spot and the sun. The directions of the spot and the sun swing, and
+/// `speed` multiplies the speed of the swing.
 fn lights(stage: &mut Stage, speed: f64) {
     let toward = |eye: DVec3, target: DVec3| look_at(eye, target, 1.0).camera_to_world;
     let candle = DAffine3::from_translation(DVec3::new(-0.9, 0.75, -1.2));

@@ -60,8 +60,8 @@ fn room(floor: Material) -> Builder {
     room
 }
 
-/// The transform that makes a unit cube a block that stands on the floor at (x, z): it has this size in metres, and is
-/// rotated around its vertical axis.
+/// The transform that maps the unit cube around the origin to a block of `size` metres. The block stands on the floor at the
+/// coordinates `x` and `z`, rotated by `degrees` around its vertical axis.
 fn on_floor(x: f64, z: f64, size: DVec3, degrees: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(
         size,

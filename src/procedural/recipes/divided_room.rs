@@ -1,6 +1,10 @@
-//! The scene `divided-room`: a room with an opaque wall in its middle, at x = 0. Lengths are in metres, and the floor is at
-//! height 0. The camera is in the half at +x, which has dim lamps. The lamp in the other half is far brighter, and the
-//! camera does not see it. If the wall is short, that lamp casts the wall's shadow into the camera's half.
+//! The scene `divided-room`: a room that an opaque wall at x = 0 divides into halves. It tests lights of very different
+//! brightness: the camera is in the half at +x, which has dim lamps, and a far brighter lamp is in the other half, where the
+//! camera does not see it. By default (`wall=whole`), the wall reaches from the back wall to the front wall, and the bright
+//! lamp lights nothing that the camera sees. With `wall=short`, it ends before the front wall, so that the bright lamp
+//! shines past it into the camera's half, where the wall casts a shadow.
+//!
+//! Lengths are in metres, and the floor is at height 0.
 
 use crate::procedural::modelling::stage::{Stage, at, swing};
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric};
@@ -44,13 +48,14 @@ const HALF: f32 = 2.0;
 const HIGH: f32 = 2.4;
 /// Half the thickness of the wall in the middle, in metres.
 const THIN: f32 = 0.02;
-/// The z coordinate at which a short wall ends, in metres.
+/// The z coordinate at which the middle wall ends if the parameter `wall` is `short`, in metres. A whole wall ends at the
+/// front wall, z = `HALF`.
 const END: f32 = 0.4;
 /// The distance of the lamps from the ceiling, in metres.
 const BELOW: f32 = 0.02;
 /// The total area of the dim lamps, in square metres; each lamp has an equal part of it.
 const AREA: f32 = 0.36;
-/// The radiance of the dim lamps.
+/// The radiance of the dim lamps, equal in red, green and blue.
 const RADIANCE: f32 = 6.0;
 /// The edge length of the bright lamp in metres. It is short, so that shadows have sharp edges.
 const BRIGHT_SIDE: f32 = 0.1;
@@ -87,7 +92,8 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.scene()
 }
 
-/// Adds the outer walls and the wall between the halves. That wall reaches through the room if it is `whole`.
+/// Adds the outer walls and the wall in the middle. If `whole` is true, the wall in the middle reaches the front wall and
+/// separates the halves; otherwise it ends at z = `END`.
 fn shell(model: &mut Model, whole: bool) {
     let low = Vec3::new(-HALF, 0.0, -HALF);
     let (x, y, z) = (Vec3::X * 2.0 * HALF, Vec3::Y * HIGH, Vec3::Z * 2.0 * HALF);

@@ -1,5 +1,6 @@
-//! The scene `extremes`: the corner of a room, in which each parameter takes one quantity to its limit. It is two metres
-//! wide, with the floor at height 0. The large lamps are above the camera's view, and a small lamp is close to the floor.
+//! The scene `extremes`: the corner of a room, in which each parameter takes one quantity to its limit, to test the
+//! renderer's range and precision. The corner is two metres wide, with the floor at height 0. The large lamps are above the
+//! camera's view, and a small lamp is close to the floor.
 
 use crate::procedural::modelling::{Builder, Shape, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
@@ -52,7 +53,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// A height in metres. If the small lamp is lower, it is the only lamp, and the camera looks at it.
+/// The height of the small lamp, in metres, below which the scene has no large lamps and the camera looks at the floor under
+/// the small lamp.
 const LOW: f32 = 0.05;
 /// The edge length in metres of the large lamp, or of the square in which several lamps are arranged.
 const SIDE: f32 = 0.4;

@@ -30,7 +30,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The area of ground for each figure, in square metres.
+/// The area of ground for each figure, in square metres; it decides the size of the disc in which figures are scattered.
 const ROOM: f32 = 3.4;
 
 /// The functions that make the shapes of figures. The first one makes the king, which is placed in the middle; for the
@@ -39,8 +39,8 @@ const KINDS: &[fn() -> Shape] = &[
     king, queen, bishop, rook, pawn, ball, cone, pawn, ball, cone,
 ];
 
-/// A chessman: a foot, and a waist that ends with a collar at the height `top`, both in metres, then the profiles `more`
-/// above it. `waist` is the radius.
+/// A chessman, turned on a lathe: a foot, a waist with a collar at its upper end, and above them the profiles `more` of
+/// points (radius, height). `waist` is the radius of the waist, and `top` is the height of the collar, in metres.
 fn lower(waist: f32, top: f32, more: &[&[(f32, f32)]]) -> Shape {
     let rising = [
         (0.28, 0.21),
@@ -146,12 +146,14 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// The camera's position above the ground, in units of the radius of the disc in which figures are scattered.
+/// The point on the ground below the camera, in units of the radius of the disc in which figures are scattered. For this
+/// unit, the radius is clamped to 5.1 to 10.9 m.
 const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
 /// The minimum distance of figures from the camera, in metres.
 const CLEAR_OF_EYE: f32 = 5.0;
 
-/// A disc on the ground that a figure occupies up to a height; all lengths are in metres.
+/// The space that a figure occupies, in metres: a disc on the ground, and the height up to which the figure may reach. Other
+/// figures and lights are placed outside it.
 struct Taken {
     middle: Vec3,
     radius: f32,
@@ -198,8 +200,8 @@ fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
     Vec3::new(out * turn.cos(), 0.0, out * turn.sin())
 }
 
-/// Places `count` figures at random positions without overlaps, and away from `eye`. The disc's `radius` grows until all
-/// have space. Returns the occupied discs.
+/// Places `count` figures at random positions in a disc around the origin, without overlaps and away from `eye`. The disc's
+/// `radius` grows until all have space. Returns the occupied spaces; the first is the space around `eye`.
 fn scatter(
     scene: &mut Builder,
     random: &mut Random,

@@ -1,4 +1,4 @@
-//! The recipes of the procedural scenes, one file for each family of scenes.
+//! The recipes (parameters and generating functions) of the procedural scenes, one file for each family of scenes.
 
 mod atrium;
 mod city_grid;

@@ -1,5 +1,6 @@
-//! The scene `motion`: a playroom in the evening with every kind of motion, of the camera, toys, lamps, and of the light
-//! that lamps emit. It uses every kind of interpolation. Lengths are in metres, and the floor is at height 0.
+//! The scene `motion`: a playroom in the evening with every kind of motion and of interpolation between keyframes. The
+//! camera, toys and lamps move, and the light that some lamps emit changes. Lengths are in metres, and the floor is at
+//! height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::stage::{Stage, at, repeated, swing};

@@ -49,7 +49,8 @@ fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Sha
     }
 }
 
-/// Adds one building with its windows; returns its width along the street in metres.
+/// Adds one building with its windows at the left (`side` = −1) or right (`side` = 1) of the street, from the coordinate `z`
+/// on towards −Z. Returns its width along the street in metres.
 fn building(model: &mut Model, random: &mut Random, side: f32, z: f32) -> f32 {
     let width = random.between(7.0, 12.0);
     let floors = random.between(4.0, 13.0) as u32;
@@ -103,7 +104,7 @@ fn building(model: &mut Model, random: &mut Random, side: f32, z: f32) -> f32 {
     width
 }
 
-/// Adds the bright shop windows of a building of this width, under an awning.
+/// Adds the bright shop windows of a building that reaches from `z` to `z` − `width`, under an awning.
 fn shop(model: &mut Model, random: &mut Random, side: f32, z: f32, width: f32) {
     let light = random.pick(&[
         Vec3::new(1.5, 1.0, 0.5),

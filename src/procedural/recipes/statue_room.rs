@@ -96,7 +96,8 @@ fn walls(model: &mut Model) {
     model.add(&stone, cornice.framed(room).map(|p| p + middle));
 }
 
-/// Adds a floor of square tiles in two colours. The rows start at the front wall, and the last row reaches under the niche.
+/// Adds a floor of square tiles in two colours. The first row is at the front wall, and the last row continues under the
+/// niche.
 fn floor(model: &mut Model) {
     let colors = [
         dielectric("dark tiles", vec3(0.05, 0.055, 0.06), 0.22),

@@ -30,13 +30,15 @@ const START: f32 = 9.0;
 /// The minimum length of the street, in metres.
 const SHORTEST: f32 = 60.0;
 
-/// Maps a point of the straight street, in which everything is built, to the street that bends.
+/// Maps a point of a straight street along −Z to the street that bends. Everything is built in the straight street and then
+/// mapped.
 fn bend(p: Vec3) -> Vec3 {
     let along = (-p.z).max(0.0);
     p + Vec3::X * 5.0 * (1.0 - (along / 24.0).cos())
 }
 
-/// Adds cobbles up to the z coordinate `end`. Each is a worn block that leans slightly, so that a wet street glitters.
+/// Adds the ground up to the z coordinate `end`, with cobbles down to z = −90 at most. Each cobble is a worn block that
+/// leans slightly, so that a wet street glitters.
 fn ground(street: &mut Festival, random: &mut Random, end: f32) {
     let bed = dielectric("between cobbles", Vec3::splat(0.03), 0.6);
     let wide = FRONT + 12.0;

@@ -85,7 +85,7 @@ fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     model.add(front, Shape::quad(corner(HOLE.0, HOLE_TOP), across, deep));
 }
 
-/// Adds the frame around the door, with a stop for the shut door on all four sides.
+/// Adds the frame around the door. A narrow edge stops the shut door on all four sides, so that no light leaks through.
 fn door_frame(model: &mut Model, paint: &Material) {
     let mut bar = |x: [f32; 2], y: [f32; 2], z: [f32; 2]| {
         let (low, high) = (Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
@@ -122,7 +122,8 @@ fn door_frame(model: &mut Model, paint: &Material) {
     );
 }
 
-/// Adds the door, opened by `degrees`. It opens into the back room, around the far edge of its right side.
+/// Adds the door, opened by `degrees` (0: shut). It swings into the back room; its hinge is on the right side as seen from
+/// the front room.
 fn door(scene: &mut Builder, paint: &Material, degrees: f64) {
     let gap = 0.003;
     let width = HOLE.1 - HOLE.0 - 2.0 * (FRAME + gap);

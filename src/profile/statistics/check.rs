@@ -1,18 +1,19 @@
-//! Comparison of pipelines with stored ones.
+//! Comparison of the statistics of pipelines (registers, memory, code size, occupancy) with stored ones.
 
 use super::Pipeline;
 
 /// The largest differences by which a value of a pipeline may be worse than the stored value.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
-    /// Allowed increase of the number of vector registers. It is the step in which RDNA2 gives registers to subgroups of 64
-    /// invocations (in RDNA3 it is 12).
+    /// Allowed increase of the number of vector registers of an invocation. [`SLACK`] has 8, the step in which RDNA2 gives
+    /// registers to subgroups of 64 invocations (in RDNA3 the step is 12).
     pub vgprs: u64,
     /// Allowed increase of the code size and of the number of instructions, as a fraction of the stored value.
     pub code: f64,
 }
 
-/// The slack of [`compare`]. Spilled registers, scratch memory, shared memory and occupancy have no slack.
+/// The differences that [`compare`] allows. Spilled registers, scratch memory, shared memory and occupancy may not be worse
+/// at all.
 pub const SLACK: Slack = Slack {
     vgprs: 8,
     code: 0.02,
@@ -65,19 +66,20 @@ const VALUES: &[Value] = &[
     },
 ];
 
-/// The outcome of a comparison of pipelines with stored ones.
+/// The outcome of a comparison of pipelines with stored ones: the values that became worse, and the number of pipelines that
+/// were not compared.
 #[derive(Debug, Default)]
 pub struct Compared {
     /// One line of text for each value that is worse than the stored one; empty if none is.
     pub worse: Vec<String>,
-    /// Number of pipelines that were not compared, because no stored pipeline of the same pass and tracer shares a use with
-    /// them.
+    /// Number of pipelines that were not compared, because no stored pipeline has the same pass and tracer, and a scene and
+    /// settings in common.
     pub without: usize,
 }
 
 /// Compares each pipeline with the stored pipeline of the same pass and tracer that has the most uses in common with it. A
-/// use is a scene with settings. If several have equally many, a value is compared with the worst of theirs. `stored` has
-/// pipelines of this device and driver only.
+/// use is a scene with settings. If several stored pipelines have equally many, each value is compared with the worst of
+/// their values. `stored` has pipelines of this device and driver only.
 ///
 /// Several stored pipelines can fit, because a change of a shader can split one pipeline of several scenes, or join several.
 pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {

@@ -30,8 +30,8 @@ const BOUNCES: u32 = 5;
 /// A device that only compiles, and the pipelines that it has made for scenes so far.
 pub struct Compiler {
     device: Arc<Device>,
-    /// `waves` of [`EMPTY`] divided by the number of invocations in a subgroup. Times a subgroup size, it is the maximum of
-    /// `waves`. `None` if the driver does not report `waves`.
+    /// `waves` of the shader [`EMPTY`], divided by the number of invocations in its subgroup. Multiplied by the subgroup
+    /// size of a pass, it is the maximum of `waves` for the pass. `None` if the driver does not report `waves`.
     waves_per_invocation: Option<f64>,
     /// The pipelines made so far, each with the hash of its SPIR-V, by which the same pipeline is found again.
     made: Vec<(String, Pipeline)>,
@@ -87,9 +87,9 @@ impl Compiler {
         tracers
     }
 
-    /// Makes every pipeline with which a scene is rendered by one tracer, in the shader variant that the rules choose for
-    /// the device. `name` is the scene's name in the result. `watch` is called before each configuration, and can end the
-    /// work with an error.
+    /// Makes every pipeline with which a scene is rendered by one tracer, in the shader variant that [`selection::select`]
+    /// chooses for the device. `name` is the scene's name in the result. `watch` is called before each configuration, and
+    /// can end the work with an error.
     ///
     /// # Errors
     /// The tracer or the device does not fit the scene, the driver rejects a shader, or the errors of `watch`.
@@ -145,8 +145,8 @@ impl Compiler {
         Ok(())
     }
 
-    /// Adds the pipelines that were compiled since the last call, as used by this scene, tracer and settings, which are
-    /// names.
+    /// Adds the pipelines that were compiled since the last call. `scene`, `tracer` and `settings` are the names of what
+    /// they were compiled for.
     fn take(&mut self, scene: &str, tracer: &str, settings: &str) {
         let compiled = self.device.records.compiled();
         for Compiled {

@@ -17,8 +17,8 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// One pipeline: a pass with one SPIR-V, compiled by one driver for one device. A value that the driver does not report is
-/// `None`.
+/// The statistics of one pipeline: a pass with one SPIR-V, compiled by one driver for one device. An optional value is
+/// `None` if the driver does not report it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pipeline {
     /// Name of the device for which the pass was compiled.
@@ -55,8 +55,8 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Copies the values of a report. `most_waves` is the value of `waves` for a shader that needs no registers; without it
-    /// there is no occupancy.
+    /// Copies the values of a report. `most_waves` is the value of `waves` for a shader that needs no registers; with
+    /// `None`, the pipeline gets no occupancy.
     fn set(&mut self, report: &CompilerReport, most_waves: Option<f64>) {
         self.subgroup_size = report.subgroup_size;
         self.vgprs = value(report, "VGPRs");

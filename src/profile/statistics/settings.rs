@@ -1,4 +1,4 @@
-//! The settings for which `statistics` compiles the passes; together they use every pass.
+//! The settings for which the command `headwater statistics` compiles the passes; together they use every pass.
 
 use crate::Result;
 use crate::render::Settings;
@@ -13,7 +13,8 @@ pub struct Configuration {
     changes: &'static [&'static str],
 }
 
-/// The presets, and settings that no preset requests: other light samplers, and world reservoirs.
+/// The configurations for which `headwater statistics` compiles the passes: all presets, and settings that no preset
+/// requests (other light samplers, and world reservoirs).
 pub const CONFIGURATIONS: &[Configuration] = &[
     Configuration::preset("path-tracing"),
     Configuration::preset("fast"),

@@ -1,11 +1,11 @@
-//! Pipelines as a table in text.
+//! Statistics of pipelines (registers, memory, occupancy) as a table in text.
 
 use super::Pipeline;
 use std::fmt::Write;
 
-/// A table with one line per tracer and pass, which shows the worst of its pipelines: that with the least occupancy, and
-/// among equal ones with the most scratch memory, then registers, then instructions. `pipelines` are sorted by tracer and
-/// pass; without any, the text is empty.
+/// A table with one line per tracer and pass, for the worst pipeline of the pass. The worst has the least occupancy; among
+/// pipelines with equal occupancy it has the most scratch memory, then the most registers, then the most instructions.
+/// `pipelines` must be sorted by tracer and pass. Without any, the text is empty.
 pub fn table(pipelines: &[Pipeline]) -> String {
     let mut text = String::new();
     let Some(first) = pipelines.first() else {

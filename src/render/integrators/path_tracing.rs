@@ -70,8 +70,8 @@ impl PathTracer {
         })
     }
 
-    /// The maximum number of samples per dispatch. It is limited only on drivers that end loops after a number of
-    /// iterations, so that they do not end the loop over samples early.
+    /// The maximum number of samples per dispatch. It is limited only where the driver ends loops after a number of
+    /// iterations; otherwise such a driver would end the loop over samples early.
     fn samples_at_once(&self) -> u32 {
         self.device.info.loop_turns.map_or(u32::MAX, |turns| {
             let rays = self

@@ -20,7 +20,8 @@ pub trait LightSampler {
     /// The buffers of the sampler, each with the name of its binding in the shaders.
     fn buffers(&self) -> Vec<(&'static str, &Buffer)>;
 
-    /// Writes the constants by which shaders read the buffers. Without this method, a sampler has none.
+    /// Writes the constants by which shaders read the buffers. By default, it writes nothing, for samplers that need no
+    /// constants.
     fn set_constants(&self, _constants: &mut RestirConstants) {}
 
     /// Records the passes of a frame that fill the buffers, if there are any. `restir` is the buffer of the constants of
@@ -79,7 +80,8 @@ struct Kind {
 /// All kinds of light samplers that have buffers or passes. A new kind is registered by an entry here.
 const KINDS: [Kind; 2] = [LightLists::KIND, HashGridLight::KIND];
 
-/// The light samplers with buffers or passes that the settings use for the candidates of direct light.
+/// The light samplers of a renderer that have buffers or passes: light lists, or the hash grid. Pixels draw candidates of
+/// direct light from their buffers. Empty if the settings use none of them.
 pub struct LightSamplers(Vec<Box<dyn LightSampler>>);
 
 impl LightSamplers {

@@ -23,8 +23,8 @@ pub struct Accumulator {
     width: u32,
     height: u32,
     bindings: Arc<SceneBindings>,
-    /// The pass that adds a frame to the sums. It is made for the first frame, since path tracing adds its samples without
-    /// it.
+    /// The pass that adds a frame to the sums; `None` until the first frame is added. Path tracing does not need it, because
+    /// its own pass adds samples to the sums.
     pass: Option<ComputePass>,
     /// The strips of the picture from top to bottom, each with the buffer of its pixels' sums. Empty before the first
     /// sample, so that a renderer of single frames uses no memory for sums.

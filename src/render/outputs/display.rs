@@ -1,4 +1,5 @@
-//! The picture as a display shows it, tone-mapped on the device. It is the end of a frame for capture tools.
+//! The picture as a display shows it, tone-mapped on the device. The command `capture` presents it, because some capture
+//! tools end a frame where a picture is presented.
 
 use super::radiance::Radiance;
 use crate::Result;

@@ -30,9 +30,9 @@ pub struct Direct {
     /// effect with `visibility=final`. Unbiased at any value.
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
-    /// Maximum number of additional BSDF candidates per pixel. Narrow lobes draw them, and pixels near which BSDF candidates
-    /// find bright light. Cost: one ray each in these pixels, and a pass. No effect if `bsdf_samples` is 0. Unbiased at any
-    /// value.
+    /// Maximum number of additional BSDF candidates per pixel. Pixels with narrow lobes draw more of them, and so do pixels
+    /// near which BSDF candidates find bright light. Cost: one ray each in these pixels, and a pass. No effect if
+    /// `bsdf_samples` is 0. Unbiased at any value.
     #[schemars(range(min = 0, max = 256))]
     pub more_bsdf_samples: u32,
 }
@@ -67,14 +67,15 @@ impl Direct {
         }
     }
 
-    /// True if hits of BSDF rays are candidates of direct light. They are not with `visibility=final`: they are always
-    /// visible, so they would not cover the support of target functions without visibility.
+    /// True if hits of BSDF rays are candidates of direct light. With `visibility=final` they are not, because they would
+    /// cause bias: target functions then ignore visibility, but BSDF rays find only visible light.
     pub fn draws_bsdf(&self) -> bool {
         self.bsdf_samples > 0 && self.resampling.visibility != Visibility::Final
     }
 
-    /// True if a separate pass traces the first BSDF candidate of each pixel (the pilot): because it also begins the paths
-    /// of indirect light (`paths`), or because pilots decide which pixels draw more BSDF candidates.
+    /// True if a separate pass traces the first BSDF candidate of each pixel (the pilot). It does if pilots also begin the
+    /// paths of indirect light (`paths` is true), or if they decide which pixels draw more BSDF candidates. Always false if
+    /// direct light has no BSDF candidates.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }

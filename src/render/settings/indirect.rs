@@ -17,8 +17,8 @@ pub enum IndirectMode {
     Restir,
 }
 
-/// The reconnection shift, by which another pixel reuses a path from its second vertex on. The values differ in the radiance
-/// that leaves this vertex.
+/// The reconnection shift, by which another pixel reuses a path from its second vertex on. The variants differ in how they
+/// compute the radiance that leaves this vertex towards the other pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shift {

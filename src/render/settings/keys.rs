@@ -18,12 +18,12 @@ pub struct Description {
     pub doc: String,
     /// The values that the setting can have, as text: a type with a range, or names separated by ` | `.
     pub values: String,
-    /// The value that the setting has in the settings that are described.
+    /// The value of the setting in the settings on which [`Settings::describe`] was called.
     pub value: Value,
 }
 
 impl Settings {
-    /// A copy of these settings with `changes`: a JSON tree that holds only the settings to change, and whose keys may be
+    /// A copy of these settings with `changes`, a JSON tree of only the settings to change. Its keys can be nested or
     /// dotted.
     ///
     /// # Errors
@@ -57,11 +57,11 @@ impl Settings {
         Ok(settings)
     }
 
-    /// A copy of these settings with `changes`, as [`Self::with`] makes it, for changes from a TOML text in which they stand
-    /// at `path`.
+    /// As [`Self::with`], for changes that were parsed from the TOML text `source`. `path` leads from the root of the text
+    /// to the table that holds the changes; it is empty if this is the root.
     ///
     /// # Errors
-    /// The errors of [`Self::with`]; the message also names the line.
+    /// The errors of [`Self::with`]; the message also names the TOML text and the line.
     pub fn with_toml(&self, source: &TomlText, path: &[Step<'_>], changes: &Value) -> Result<Self> {
         let mut flat = Vec::new();
         flatten("", changes, &mut flat);
@@ -74,7 +74,8 @@ impl Settings {
             })
     }
 
-    /// Parses the text `KEY=VALUE`, as `--set` takes it, into a tree of changes for [`Settings::with`].
+    /// Parses the text `KEY=VALUE`, as `--set` takes it, into a tree of changes for [`Settings::with`]. A value that is not
+    /// valid JSON becomes a string.
     ///
     /// # Errors
     /// There is no `=`, or a part of the key is empty.

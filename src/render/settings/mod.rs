@@ -42,8 +42,8 @@ pub enum Integrator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energy {
-    /// The plain model of glTF, which compares with other renderers. Rough metals are too dark, and light dielectrics are
-    /// too bright at grazing angles.
+    /// The plain model of glTF, with which pictures can be compared with those of other renderers. Rough metals are too
+    /// dark, and light-coloured dielectrics are too bright at grazing angles.
     #[default]
     Gltf,
     /// The specular lobe is scaled so that it loses no energy, and the diffuse lobe gets the energy that remains: a surface
@@ -111,9 +111,11 @@ pub struct Settings {
     pub indirect: Indirect,
     /// Settings of the light BVH, a tree of lights from which `candidates=light-bvh` draws.
     pub light_bvh: LightBvhSettings,
-    /// Settings of the hash grid, whose reservoirs pixels merge with `direct.candidates=hash-grid`.
+    /// Settings of the hash grid, which holds reservoirs of direct light in cells of space. Pixels use them if
+    /// `direct.candidates` is `hash-grid`.
     pub hash_grid: HashGridSettings,
-    /// Settings of world reservoirs, which path vertices merge with `indirect.secondary=world-reservoirs`.
+    /// Settings of world reservoirs, the reservoirs of path vertices. Paths use them if `indirect.secondary` is
+    /// `world-reservoirs`.
     pub world_reservoirs: WorldReservoirsSettings,
     /// The layout of reservoirs in memory.
     pub reservoirs: Reservoirs,

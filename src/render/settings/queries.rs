@@ -79,7 +79,7 @@ impl Settings {
     }
 
     /// The options with which the light BVH is built; `None` if no candidates are drawn from it. The tree leaves out rare
-    /// lights if every kind of light that draws from the tree samples them separately.
+    /// lights (the dimmest ones) if every kind of light that draws from the tree samples them separately.
     pub fn light_bvh_options(&self, bounces: u32) -> Option<LightBvhOptions> {
         let settings = &self.light_bvh;
         self.has_candidates(Candidates::LightBvh, bounces)
@@ -101,7 +101,8 @@ impl Settings {
             && self.light_bvh.tile > 1
     }
 
-    /// The surfaces whose reservoirs fill the hash grid; [`HashGrid::None`] unless `direct.candidates=hash-grid`.
+    /// The surfaces for which the reservoirs of the hash grid are made: those of pixels, or points on all surfaces of the
+    /// scene. [`HashGrid::None`] unless `direct.candidates=hash-grid`.
     pub fn hash_grid(&self) -> HashGrid {
         match (self.direct.resampling.candidates, self.hash_grid.mode) {
             (Candidates::HashGrid, GridMode::Unbiased) => HashGrid::Pixels,
@@ -126,8 +127,8 @@ mod tests {
     use super::*;
     use crate::shader_interface::Visibility;
 
-    /// The light BVH must contain the rare lights if one kind of light that draws from it has no separate candidates for
-    /// them.
+    /// The light BVH must contain the rare lights (the dimmest ones) if direct or indirect light draws candidates from it
+    /// and has no separate candidates for them.
     #[test]
     fn rare_lights_are_left_out_only_if_all_set_them_apart() {
         let mut settings = Settings {

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
-    /// `light-bvh` if the scene has 64 lights or more that are neither rare nor infinitely far away, and they form more than
-    /// one emitter group; otherwise `power`.
+    /// `light-bvh` if the scene has 64 lights or more that are neither rare (the dimmest ones) nor infinitely far away, and
+    /// if these lights form more than one emitter group (triangles with common corners form one group); otherwise `power`.
     #[default]
     Auto,
     /// All lights have the same probability.
@@ -87,9 +87,9 @@ pub struct Spatial {
     /// number. Unbiased at any value.
     #[schemars(range(min = 1, max = 8))]
     pub passes: u32,
-    /// Maximum number of neighbours that a pixel merges per pass. Cost: three evaluations of the target function each, and
-    /// no rays, since a pairwise merge traces two rays for any number of neighbours; with `mis=balance`, both grow with the
-    /// square. Unbiased at any value.
+    /// Maximum number of neighbours that a pixel merges per pass. Cost: three evaluations of the target function each, but
+    /// no additional rays: a pairwise merge traces two rays for any number of neighbours. With `mis=balance`, evaluations
+    /// and rays grow with the square of the number. Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
     /// Maximum number of neighbours in the first pass for a surface without history: in the first frame, where something has
@@ -197,7 +197,8 @@ impl Resampling {
         self.rare_lights > 0.0 && self.visibility == Visibility::Weights
     }
 
-    /// The maximum number of neighbours that a pixel merges in a spatial pass, with or without history.
+    /// The maximum number of neighbours that any pixel merges in a spatial pass, whether its surface has a history or not.
+    /// Shaders are specialised for this number.
     pub fn most_neighbours(&self) -> u32 {
         let Spatial {
             neighbours,

@@ -14,8 +14,8 @@ pub struct Reservoirs {
     pub format: Format,
     /// The order of pixels in memory: by row, by column, or in square tiles. No effect on the picture.
     pub order: Order,
-    /// The words that are adjacent in memory: `aos` those of one reservoir, `soa` equal words of all reservoirs. No effect
-    /// on the picture.
+    /// The words that are adjacent in memory: with `aos`, all words of one reservoir; with `soa`, the first words of all
+    /// reservoirs, then all second words, and so on. No effect on the picture.
     pub arrays: Arrays,
 }
 
@@ -26,7 +26,7 @@ pub enum Arrays {
     /// An array of structures: the words of one reservoir are adjacent.
     #[default]
     Aos,
-    /// A structure of arrays: equal words of all reservoirs are adjacent.
+    /// A structure of arrays: the first words of all reservoirs are adjacent, then all second words, and so on.
     Soa,
 }
 

@@ -88,7 +88,8 @@ impl WorldSize {
         .map(|(name, bytes)| (name, vertices * bytes as u64))
     }
 
-    /// The names and the sizes in bytes of the buffers of the table: keys, cells, list.
+    /// The names and the sizes in bytes of the buffers of the table: the keys of the vertices, the cells of space, and the
+    /// lists of vertices.
     pub fn table_bytes(&self) -> [(&'static str, u64); 3] {
         self.table.bytes()
     }

@@ -11,8 +11,9 @@ crate::bindings! {
     }
 }
 
-/// The two passes of a prefix sum and the levels on which they run, for a fixed number of values. The table of world
-/// reservoirs uses it to turn the lengths of lists into their beginnings.
+/// The two passes of a prefix sum over a fixed number of values, and the levels on which they run: the values, the sums of
+/// blocks of values, and so on. The table of world reservoirs uses it to turn the lengths of lists into the indices at which
+/// the lists begin.
 pub struct PrefixSum {
     sum: ComputePass,
     add: ComputePass,

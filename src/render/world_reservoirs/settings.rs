@@ -18,11 +18,13 @@ pub enum WorldMode {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WorldStores {
-    /// The sample that the light candidates of the vertex selected, as published. No sample is passed on from frame to
-    /// frame.
+    /// The sample that a matte white surface at the vertex would select from the light candidates of the vertex. No sample
+    /// is passed on from frame to frame, as published.
     Initial,
-    /// The sample that the merge selected, so that samples are passed on from frame to frame. On metal and where normals are
-    /// interpolated, the vertex stores the sample that `initial` stores.
+    /// The sample that the merge selected, so that samples are passed on from frame to frame. A merge weights each stored
+    /// sample as if a matte white surface had selected it. Metal and surfaces with interpolated normals can never select
+    /// some of the light that a matte white surface reflects. To avoid bias, vertices on them store the sample that
+    /// `initial` stores.
     #[default]
     Merged,
 }
@@ -49,8 +51,8 @@ pub struct WorldReservoirsSettings {
     /// show in the noise. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 16.0))]
     pub jitter: f32,
-    /// Number of world reservoirs that a vertex merges with its own light sample. Cost: three evaluations of the target
-    /// function each, no ray. Unbiased at any value.
+    /// Maximum number of world reservoirs that a vertex merges with its own light sample. Cost: three evaluations of the
+    /// target function each, no ray. Unbiased at any value.
     #[schemars(range(min = 1, max = 16))]
     pub merged: u32,
     /// Maximum confidence of each merged reservoir. Unit: all light samples of a vertex together. Higher: less noise, but

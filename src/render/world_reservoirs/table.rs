@@ -57,8 +57,8 @@ pub struct TableSize {
 }
 
 impl TableSize {
-    /// The size of a table for `vertices` vertices, with `fraction` slots per vertex; the total number of slots is rounded up
-    /// to a power of two.
+    /// The size of a table for `vertices` vertices, with `fraction` slots per vertex; the total number of slots is rounded
+    /// up to a power of two.
     pub fn new(vertices: u64, fraction: f64) -> Self {
         let slots = (vertices as f64 * fraction).ceil().max(1.0) as u64;
         // Sizes near 2⁶⁴ are refused like all that are too large.
@@ -76,7 +76,8 @@ impl TableSize {
         self.buckets * self.bucket_slots
     }
 
-    /// The names and the sizes in bytes of the buffers of the table: keys, cells, list.
+    /// The names and the sizes in bytes of the buffers of the table: the keys of the vertices, the cells of space, and the
+    /// lists of vertices.
     pub fn bytes(&self) -> [(&'static str, u64); 3] {
         // A pass must find a buffer for each binding, even if it does not read it.
         let vertices = self.vertices.max(1);
@@ -98,7 +99,8 @@ impl TableSize {
     }
 }
 
-/// The table of world reservoirs on the device: its buffers, and the passes that fill them, if there are vertices.
+/// The table of world reservoirs on the device: its buffers, and the passes that fill them. The passes exist only if some
+/// path vertices have reservoirs.
 pub struct WorldTable {
     passes: Option<Passes>,
     groups: [u32; 3],
@@ -155,7 +157,7 @@ impl WorldTable {
         self.passes.is_some()
     }
 
-    /// The buffers of the table: keys, cells, list.
+    /// The buffers of the table: the keys of the vertices, the cells of space, and the lists of vertices.
     pub fn buffers(&self) -> [&Buffer; 3] {
         [&self.keys, &self.cells, &self.list]
     }

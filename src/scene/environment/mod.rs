@@ -90,8 +90,9 @@ impl Environment {
         means
     }
 
-    /// Two integrals over the sphere: of the luminance (with the intensity), and of its square. The first one gives the
-    /// environment's power; the second one divided by the first one is the mean luminance, weighted by itself.
+    /// Two integrals over the sphere: of the luminance, in radiance × sr, and of its square, both with the intensity. The
+    /// first one gives the environment's power. The second one divided by the first one is the mean luminance of a light
+    /// sample that is drawn in proportion to luminance.
     pub fn integrals(&self) -> (f64, f64) {
         let (mut integral, mut squares) = (0.0, 0.0);
         for (index, mean) in self.means().into_iter().enumerate() {

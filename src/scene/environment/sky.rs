@@ -42,7 +42,7 @@ const KEYS: [(&str, f64, f64); 5] = [
 ];
 
 /// Parses the parameters of a sky: `KEY=VALUE` pairs, separated by commas, after an optional colon. The keys are the fields
-/// of [`Sky`]; a missing key has its default.
+/// of [`Sky`]. A missing key has its default: `sun=40,azimuth=30,turbidity=3,ground=0.3,width=1024`.
 ///
 /// # Errors
 /// A part is not `KEY=VALUE`, a key is unknown, or a value is not a number or out of range.
@@ -171,8 +171,8 @@ fn fraction_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     inside.count() as f64 / f64::from(SIDE * SIDE)
 }
 
-/// The linear RGB irradiance of a surface that faces the sun, in units of a radiance of [`KILOCANDELAS`] × sr. `elevation`
-/// is the sun's elevation in degrees.
+/// The linear RGB irradiance of a surface that faces the sun. Its unit is radiance × sr, where a radiance of 1 stands for
+/// [`KILOCANDELAS`]. `elevation` is the sun's elevation in degrees, and `turbidity` the haze as in [`Sky::turbidity`].
 fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     // Air mass (Kasten and Young 1989), and the optical thickness of clean, dry air.
     let mass = 1.0 / (elevation.to_radians().sin() + 0.50572 * (elevation + 6.07995).powf(-1.6364));
@@ -187,10 +187,12 @@ fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     tint * (luminance / tint.dot(DVec3::new(0.2126, 0.7152, 0.0722)))
 }
 
-/// The sky without the sun's disc: a Perez function each of the luminance Y and of the chromaticities x and y.
+/// The light of the clear sky without the sun's disc. The luminance Y and the chromaticities x and y each follow a Perez
+/// function ([`perez`]) of the direction.
 struct Dome {
     coefficients: [[f64; 5]; 3],
-    /// Factors of the Perez functions of Y (in kcd/m²), x and y: the value at the zenith over the function's value there.
+    /// Factors of the Perez functions of Y (in kcd/m²), x and y: the value at the zenith, divided by the function's value at
+    /// the zenith.
     scale: [f64; 3],
 }
 

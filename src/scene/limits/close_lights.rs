@@ -7,19 +7,19 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The height of a light above a surface, divided by its distance from the camera, below which its light on that surface may
-/// be wrong by more than 0.5 %. The scene is then near a limit.
+/// The ratio of a light's height above a surface to the light's distance from the camera, below which the light on that
+/// surface may be wrong by more than 0.5 %. The scene is then near a limit.
 const COARSE_LIGHT: f64 = 2.5e-5;
 
-/// The height of a light above a surface, divided by its distance from the camera, below which its light on that surface may
-/// be wrong by more than 5 %. The scene has then passed a limit.
+/// The ratio of a light's height above a surface to the light's distance from the camera, below which the light on that
+/// surface may be wrong by more than 5 %. The scene has then passed a limit.
 const SMALLEST_HEIGHT: f64 = 2e-6;
 
-/// The largest ratio of an emitter's size to its height above a surface with which it is reported. Only a small part of a
-/// larger emitter is that close.
+/// The largest ratio of an emitter's size to its height above a surface. Emitters with a larger ratio are not reported as
+/// too close, because only a small part of them is at that height.
 const SMALL: f64 = 20.0;
 
-/// A light so close to a surface which it lights that the surface may be lit wrongly.
+/// A light that is too close to a surface: positions in f32 are then too coarse to light the surface exactly.
 #[derive(Clone, Debug)]
 pub(super) struct CloseLight {
     /// The distance from the light to the surface, divided by the distance from the light to the camera.
@@ -64,8 +64,8 @@ struct Candidate {
     name: String,
 }
 
-/// The light whose height above a surface that it lights is smallest, relative to its distance from a camera at `eye`.
-/// `None` if no light is too close. `lights` are the scene's emissive triangles.
+/// The light that is closest to a surface which it lights, relative to the light's distance from a camera at `eye`. `None`
+/// if no light is closer than [`COARSE_LIGHT`]. `lights` are the scene's emissive triangles.
 pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Option<CloseLight> {
     let lists = lists(candidates(scene, lights, eye));
     if lists.is_empty() {
@@ -114,8 +114,9 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     closest
 }
 
-/// Candidates of about equal reach, sorted by their position along an axis. If they shared a list with all others, a light
-/// with a long reach would make each triangle examine all lights.
+/// Lights whose reach (see [`Candidate::reach`]) is about equal, sorted by their position along `axis`, so that the lights
+/// near a triangle are found quickly. In one list for all lights, a single long reach would make each triangle examine all
+/// of them.
 struct List {
     axis: usize,
     reach: f64,

@@ -11,13 +11,15 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// The factor by which a quantity may be short of a limit so that the scene counts as near it.
+/// A quantity that is within this factor of its limit counts as near it. The user then gets a report, although the scene is
+/// still within the limit.
 const NEAR: f64 = 1e3;
 
 /// The largest ratio of the powers of two emitters that tests cover. Above it, the light of the dimmer one may be lost.
 const CONTRAST: f64 = 1e9;
 
-/// The factor by which a ratio of powers may exceed [`CONTRAST`] without a fault, since areas and colours are rounded.
+/// The factor by which a ratio of powers may exceed [`CONTRAST`] before the limit counts as passed, because areas and
+/// colours are rounded.
 const ROUNDED: f64 = 1.001;
 
 /// The smallest radiance of a surface that tests cover, in W/(m²·sr). Below it, the surface's light may be lost.
@@ -31,8 +33,8 @@ const NARROWEST: f64 = 1e-5;
 pub struct Limit {
     /// One line for the user: the quantity, the element of the scene, and the effect on pictures.
     pub text: String,
-    /// True if the scene exceeds the limit, so that pictures may be wrong. False if it is near the limit: pictures are
-    /// right, or close to a light wrong by a few percent at most.
+    /// True if the scene exceeds the limit, so that pictures may be wrong. False if it is only near the limit: pictures are
+    /// then right, except that surfaces very close to a light may be wrong by a few percent.
     pub passed: bool,
 }
 
@@ -82,7 +84,7 @@ impl Scene {
         found
     }
 
-    /// The limit of high radiance, if the brightest material or the environment is near or above it.
+    /// The report on high radiance, if the brightest material or the environment is near or above [`BRIGHTEST`].
     fn brightest(&self, materials: &[Material]) -> Option<Limit> {
         let emissions = materials.iter().enumerate().map(|(index, material)| {
             let name = label("material", index, &material.name);
@@ -101,7 +103,7 @@ impl Scene {
         })
     }
 
-    /// The limit of low radiance, if the dimmest emissive material is near or below it.
+    /// The report on low radiance, if the dimmest emissive material is near or below [`DIMMEST`].
     fn dimmest(&self, materials: &[Material]) -> Option<Limit> {
         let lit = materials
             .iter()
@@ -136,7 +138,8 @@ impl Scene {
         })
     }
 
-    /// The limit of contrast, if the power of the brightest emitter over that of the dimmest one is near or above it.
+    /// The report on contrast (the power of the brightest emitter divided by the power of the dimmest one), if it is near or
+    /// above [`CONTRAST`].
     fn contrast(&self, triangles: &[LightTriangle], materials: &[Material]) -> Option<Limit> {
         let environment = self.environment.as_ref().map(|e| e.integrals().0);
         let powers = LightPowers::of(self, environment);
@@ -409,7 +412,8 @@ mod tests {
         }
     }
 
-    /// Among rows and columns of emitters, which are compared strip by strip, an additional one that overlaps them is found.
+    /// Among many emitters in rows and columns, the search finds an additional one that overlaps them. It compares only
+    /// emitters in the same strip of their plane.
     #[test]
     fn an_overlap_among_many_emitters_is_found() {
         let emitters = |last: DVec3, size: f64| {

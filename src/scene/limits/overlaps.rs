@@ -10,21 +10,24 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The difference of unit normals, per component, below which two planes count as parallel.
 const PARALLEL: f64 = 1e-5;
 
-/// The difference of the distances of parallel planes from the origin, relative to the scene's largest coordinate, below
-/// which the planes count as equal. Rounding to f32 moves planes by a tenth of it.
+/// The distance of two parallel planes, divided by the largest coordinate of all emissive triangles, below which they count
+/// as the same plane. Rounding to f32 moves planes by about a tenth of it.
 const SAME_PLANE: f64 = 1e-6;
 
 /// The offsets of the four grids into whose cells planes are sorted, as fractions of a cell. Equal planes that one grid
 /// separates through rounding nearly always share a cell of another grid.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
-/// The number of overlapping pairs at which the search ends, because n copies of a triangle form about n² / 2 pairs.
+/// The number of overlapping pairs of triangles at which the search ends. Without a maximum, n copies of a triangle would
+/// give about n² / 2 pairs.
 const MOST: usize = 1000;
 
-/// The smallest overlap that counts, as a fraction of the smaller triangle's area. Neighbours overlap less, by rounding.
+/// The smallest overlap of two triangles that counts, as a fraction of the smaller triangle's area. Triangles that share an
+/// edge overlap less, by rounding.
 const LEAST_OVERLAP: f64 = 1e-3;
 
-/// The message that counts the overlapping pairs among `lights` and names one of them; `None` if no lights overlap.
+/// The message for the user that counts the overlapping pairs among the emissive triangles `lights`, and names one pair.
+/// `None` if no triangles overlap.
 pub(super) fn text(scene: &Scene, lights: &[LightTriangle]) -> Option<String> {
     let overlaps = overlapping(lights);
     let (first, second) = *overlaps.first()?;
@@ -109,13 +112,14 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
 /// A light in one of the strips that [`strips`] makes. A wide light is in several strips.
 struct Member {
     light: usize,
-    /// True in the first strip of the light. A pair is compared only in the strip in which one of both begins.
+    /// True in the first of the light's strips. Two lights can share several strips; they are compared only in the strip
+    /// where this is true for one of them.
     begins: bool,
 }
 
-/// Divides lights of one plane, given as indices into `boxes`, into strips across its second widest axis, so that an emitter
-/// of many triangles in rows and columns is not compared row with row. Returns each strip with the widest axis (0 is x),
-/// along which the boxes of a strip overlap least.
+/// Divides lights of one plane, given as indices into `boxes`, into strips that run along the widest axis of the lights.
+/// Only lights of one strip are compared with each other, which saves time for an emitter of many triangles in rows and
+/// columns. Returns each strip with the index of the widest axis (0 is x).
 fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Member>, usize)> {
     let around = Bounds::around(members.iter().map(|light| boxes[*light]));
     let size = around.map_or(DVec3::ONE, |bounds| bounds.size());

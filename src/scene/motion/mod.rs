@@ -194,7 +194,8 @@ impl Motion {
         }
     }
 
-    /// The entries of all instances, cameras and punctual lights, in this order: the index of a node, or `None`.
+    /// The node of each instance, then of each camera and of each punctual light: an index into `nodes`, or `None` if the
+    /// element does not move.
     fn attached(&self) -> impl Iterator<Item = &Option<u32>> {
         (self.instances.iter())
             .chain(&self.cameras)

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::scene::{Camera, Scene};
 
-/// A camera of a scene with its motion, from which a renderer that does not keep the scene gets the camera of each frame.
+/// One camera of a scene, with its motion. A renderer keeps it instead of the whole scene, to get the camera of each frame.
 pub struct MovingCamera {
     index: usize,
     /// A copy of the scene that contains only its cameras and its motion.

@@ -10,7 +10,8 @@ pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self>
         self * (1.0 - t) + next * t
     }
 
-    /// A valid value from the weighted sum that a cubic spline computes; a rotation becomes a unit quaternion.
+    /// Makes the weighted sum that a cubic spline computes a valid value. A rotation becomes a unit quaternion; numbers and
+    /// vectors stay unchanged.
     fn normalized(self) -> Self {
         self
     }
@@ -83,7 +84,8 @@ pub struct Track<T> {
     pub values: Vec<T>,
 }
 
-/// A fault of a track. The readers of files name the array that contains it.
+/// A fault that [`Track::check`] finds in a track. The variant tells which array contains it, so that the reader of a file
+/// can name that array in its message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackFault {
     /// A description of the fault in [`Track::times`].

@@ -5,13 +5,13 @@ use crate::scene::{PunctualLight, PunctualShape};
 use crate::{Error, Result};
 use std::f64::consts::FRAC_PI_2;
 
-/// The largest intensity of a point or a spot, in W/sr. Scenes with distances of 10⁹ units need it: over the squared
-/// distance, it is then within [`BRIGHTEST`].
+/// The largest intensity of a point or a spot, in W/sr. A light at a distance of 10⁹ units needs it to reach an irradiance
+/// of [`BRIGHTEST`].
 const MOST_INTENSE: f32 = 1e30;
 
-/// Checks that the cone angles of a spot, in radians, are 0 ≤ inner ≤ outer ≤ π/2, and outer above 0; `what` names it in
-/// messages. Wider cones would light the space behind them, and `KHR_lights_punctual` forbids them. It forbids equal angles
-/// too, but Blender writes them for a spot with a sharp edge.
+/// Checks that the cone angles of a spot, in radians, are 0 ≤ inner ≤ outer ≤ π/2, and outer above 0; `what` names the light
+/// in messages. Wider cones would light the space behind the spot. `KHR_lights_punctual` also forbids equal angles, but they
+/// are accepted, because Blender writes them for a spot with a sharp edge.
 pub fn check_cone(what: &str, inner: f64, outer: f64) -> Result<()> {
     if inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= FRAC_PI_2 {
         return Ok(());

@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 /// The glTF extension that the animation of a material's emission needs.
 pub const POINTER: &str = "KHR_animation_pointer";
 
-/// The JSON of the motion's nodes, in the same order, each with its transform at rest and its children among these nodes.
+/// The JSON of a glTF node for each node of the motion, in the same order. Each has the transform of its node without
+/// keyframes, and the indices of its children among these nodes.
 pub fn nodes(motion: &Motion) -> Vec<Value> {
     let mut nodes: Vec<Value> = motion
         .nodes
@@ -44,8 +45,8 @@ pub fn matrix(transform: &DAffine3) -> [f64; 16] {
     DMat4::from(*transform).to_cols_array()
 }
 
-/// Writes the colour and the strength that animated emission has without keyframes into the JSON of `materials`, which has
-/// one entry per material of the scene.
+/// Writes the emission that animated materials have without keyframes into their JSON, as a colour and a strength.
+/// `materials` has the JSON of each material of the scene, in the order of the scene.
 pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     for Emission {
         material,
@@ -60,8 +61,8 @@ pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     }
 }
 
-/// The JSON of the animation, with one sampler and one channel for each track of the motion. The keys go to `binary`. Node
-/// `i` of the file must be node `i` of the motion.
+/// The JSON of the animation, with one sampler and one channel for each track of the motion (the keys of one property). The
+/// keys are appended to `binary`. Node `i` of the file must be node `i` of the motion.
 pub fn animation(motion: &Motion, binary: &mut Binary) -> Value {
     let mut writer = Writer {
         binary,

@@ -87,8 +87,8 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// Sets `user[slot]`, where `user` is the JSON of a material or of a part of it, to a reference to the texture. Without
-    /// a texture nothing changes.
+    /// Adds a texture to `user`, the JSON of a material or of a part of it: sets the member `slot`, such as `normalTexture`,
+    /// to a reference to the texture. Without a texture nothing changes.
     fn add(&mut self, user: &mut Value, slot: &str, texture: &Option<Texture>) {
         let Some(texture) = texture else { return };
         let filter = if texture.nearest { 9728 } else { 9729 };

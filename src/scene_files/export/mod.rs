@@ -19,12 +19,12 @@ use std::path::Path;
 const FLOAT: u32 = 5126;
 
 /// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes, materials with their
-/// textures (as PNG), lights, cameras, and the motion of all, in f32. Environments and the shear of textures are left out,
-/// since glTF has neither.
+/// textures (as PNG), lights, cameras, and animations, whose keys are stored in f32. Environments and the shear of textures
+/// are left out, since glTF has neither.
 ///
 /// # Errors
-/// An image's number of texels is not its width × height, or it cannot be encoded as PNG; the file would have more than the
-/// 4 GiB that the format allows; or it cannot be written.
+/// An image's number of texels is not its width × height, or the image cannot be encoded as PNG; the file would have more
+/// than the 4 GiB that the format allows; or the file cannot be written.
 pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
     let mut binary = Binary::default();
     let document = document(scene, &mut binary)?;

@@ -24,7 +24,7 @@ pub struct Animations {
     materials: BTreeMap<usize, Emission>,
 }
 
-/// The property that a channel changes, with the index of its node or material in the file.
+/// The property that a channel of a glTF animation changes, with the index of its node or material in the file.
 enum Target {
     Translation(usize),
     Rotation(usize),
@@ -33,8 +33,8 @@ enum Target {
     EmissiveStrength(usize),
 }
 
-/// Reads all channels that change a supported property; the others get a notice in `tally`. `placed` are the nodes of the
-/// scene. Fails if a channel's indices or keys are wrong.
+/// Reads the keys of all animation channels that change a supported property; the other channels get a notice in `tally`.
+/// `placed` are the nodes of the scene. Fails if a channel's indices or keys are wrong.
 pub fn read(
     accessors: &Accessors<'_>,
     placed: &[Placed<'_>],
@@ -192,8 +192,8 @@ impl Source<'_> {
         Ok(track)
     }
 
-    /// Checks that the emission at every key is within 0 and [`BRIGHTEST`]. `most` returns the smallest and the largest
-    /// channel of a value.
+    /// Checks that the emission at every key is from 0 to [`BRIGHTEST`], both included. `most` returns the smallest and the
+    /// largest colour channel of a value.
     fn check_emission<T: Keyed>(
         &self,
         track: &Track<T>,

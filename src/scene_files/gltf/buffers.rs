@@ -16,7 +16,8 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
-/// A decoder of base64 in the usual alphabet. Like browsers, it accepts text without padding and drops left-over bits.
+/// A decoder of base64 in the usual alphabet. Like browsers, it accepts text without padding, and ignores bits at the end
+/// that make no whole byte.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &alphabet::STANDARD,
     PAD_INDIFFERENT.with_decode_allow_trailing_bits(true),
@@ -26,7 +27,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
 
 /// Splits the bytes of a glTF file into its chunks. Without the header of a GLB, all bytes are JSON (`.gltf`). Fails if the
-/// GLB is damaged or has another version.
+/// GLB is damaged or has another version than 2.
 pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes.into(), None));
@@ -74,12 +75,13 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
     Some(u32::from_le_bytes(*word) as usize)
 }
 
-/// The bytes of a glTF file's buffers. Only data in other files and encoded data are copied, and each file is read once.
+/// The bytes of a glTF file's buffers. Only data from other files and from data URIs are copied; the binary chunk is
+/// borrowed. Each file is read once.
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// One entry per buffer, in the order of the document: the index of its copy, or `None` for the binary chunk, and its
-    /// length in bytes.
+    /// One entry per buffer, in the order of the document: the index of its bytes in `copies`, or `None` for the binary
+    /// chunk, and its length in bytes.
     sources: Vec<(Option<usize>, usize)>,
 }
 

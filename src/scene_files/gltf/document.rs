@@ -220,8 +220,8 @@ pub struct Image {
     pub buffer_view: Option<u64>,
 }
 
-/// The glTF version that the file needs. It is empty if the file does not state it, where the type of the `gltf` crate would
-/// have 2.0.
+/// The glTF version of a file and, if stated, the minimum version that a reader must support. `version` is empty if the file
+/// does not state it, so that the file can be refused; the `gltf` crate would assume 2.0.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Asset {
@@ -276,7 +276,8 @@ pub struct Lights {
     pub lights: Vec<Light>,
 }
 
-/// A punctual light of `KHR_lights_punctual`, with the extension's units and defaults.
+/// A punctual light of `KHR_lights_punctual`, with the extension's units (candela or, for directional lights, lux; metres
+/// and radians) and its defaults.
 #[derive(Debug, Deserialize)]
 #[serde(default)]
 pub struct Light {

@@ -34,7 +34,8 @@ impl Topology {
     }
 }
 
-/// A reader of a file's meshes, one after another. It keeps its tables from mesh to mesh.
+/// A reader of a file's meshes, one after another. Its table of vertex indices is kept from mesh to mesh to reuse the
+/// memory.
 pub struct Meshes<'a> {
     accessors: Accessors<'a>,
     /// One entry for each material: for each of the two sets of texture coordinates, true if a texture of the material uses
@@ -72,8 +73,8 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Reads the mesh `source`, which is at `index` in the file. It may have no triangles. Parts that are skipped get a
-    /// notice in `tally`. Fails if indices, types or values are wrong.
+    /// Reads the mesh `source`, which is at `index` in the file. It may have no triangles. Primitives that are skipped, such
+    /// as lines, get a notice in `tally`. Fails if indices, types or values are wrong.
     pub fn read(&mut self, index: usize, source: &FileMesh, tally: &mut Tally) -> Result<Mesh> {
         let mut mesh = Mesh {
             name: source.name.clone(),
@@ -217,8 +218,9 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Takes the memory of a primitive with `count` triangles and `corners` corners from the limit of the file, and prepares
-    /// the table of vertex indices. Fails if the limit is reached ([`super::unfolding`]).
+    /// Subtracts the memory of a primitive with `count` triangles and `corners` corners from the memory that elements of the
+    /// file may still take ([`super::unfolding`]), and prepares the table of vertex indices. Fails if too little memory is
+    /// left.
     fn reserve(
         &mut self,
         what: &str,

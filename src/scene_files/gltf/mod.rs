@@ -29,8 +29,8 @@ use meshes::Meshes;
 use textures::Textures;
 use unfolding::Unfolding;
 
-/// The glTF extensions that are supported. A file that requires another one is an error; another one that it only uses is
-/// ignored with a notice.
+/// The glTF extensions that are supported. A file that requires any other extension is refused. If a file only uses another
+/// extension, the extension is ignored with a notice.
 const EXTENSIONS: [&str; 9] = [
     "EXT_texture_webp",
     "KHR_animation_pointer",
@@ -47,10 +47,12 @@ const EXTENSIONS: [&str; 9] = [
 /// bytes.
 const OBJECT_BYTES: u64 = 1 << 10;
 
-/// The estimated memory of a string in a list, or of an entry of a map, without its text, in bytes.
+/// The estimated memory, in bytes, of a list that begins with a number, and of a string in a list or a member of an object,
+/// without its text.
 const STRING_BYTES: u64 = 128;
 
-/// The estimated memory of a number in a list, in bytes.
+/// The estimated memory of a number in a list, in bytes. The first number of a list is counted with the list
+/// ([`STRING_BYTES`]).
 const NUMBER_BYTES: u64 = 16;
 
 /// The maximum number of unsupported extensions that a notice lists. Further ones are summarised as "and others".
@@ -296,7 +298,7 @@ fn out_of_range(what: &str, kind: &str, index: u64, count: usize) -> Error {
     ))
 }
 
-/// The error of a file with the given fault, which only the author of the file can repair.
+/// The error for a damaged glTF file: `fault`, with the advice to export the file again.
 fn damaged(fault: impl std::fmt::Display) -> Error {
     Error::input(format!("{fault}; the file is damaged, export it again"))
 }

@@ -26,8 +26,8 @@ impl Placed<'_> {
         label("node", self.index, &self.node.name)
     }
 
-    /// The name of the node or, if it has none, `shown`, the name of its content. Many nodes may have the same content, so
-    /// `shown` is cut after 256 characters.
+    /// The name of the node or, if it has none, `shown`, the name of the node's camera or light. `shown` is cut after 256
+    /// characters, because many nodes may share one camera or light, and each copies the name.
     pub fn name_or(&self, shown: &str) -> String {
         match self.node.name.as_str() {
             "" => shown.chars().take(256).collect(),
@@ -182,8 +182,9 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
     ))
 }
 
-/// The camera of a node, which has `index` in the file. `None`, with a notice, if it is orthographic or if its transform is
-/// flat and gives no direction. Fails if its field of view or aspect ratio is wrong.
+/// The camera of the node `placed`. `camera` is its description in the file, at `index` in the list of cameras. `None`, with
+/// a notice, if it is orthographic or if the node's transform is flat and gives no direction. Fails if its field of view or
+/// aspect ratio is wrong.
 pub fn camera(
     placed: &Placed,
     index: u64,

@@ -192,8 +192,8 @@ impl<'a> Textures<'a> {
 }
 
 /// The supported textures of a material, each with its name for messages: base colour, metallic-roughness, normal, emissive.
-/// `None` if it has no effect: for an unlit material all but the first, and the emissive one if `emits` is false, which
-/// means that the material never emits light.
+/// `None` if the material lacks the texture, or if it has no effect. An unlit material has only the first one. The emissive
+/// one has an effect only if `emits` is true, which means that the material emits light at some time.
 fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
     let lit = |texture| {
@@ -216,8 +216,9 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
     ]
 }
 
-/// The matrix of `KHR_texture_transform`, which scales, then rotates, then moves texture coordinates. The direction of
-/// rotation follows the extension's text and its readers, not the matrix in the text (KhronosGroup/glTF, issue 1563).
+/// The matrix of `KHR_texture_transform`, which scales, then rotates, then moves texture coordinates. The extension's
+/// description and the matrix in it rotate in opposite directions; this function follows the description, as other readers
+/// do (KhronosGroup/glTF, issue 1563).
 fn transform(placed: &TextureTransform) -> Affine2 {
     let (sin, cos) = placed.rotation.sin_cos();
     // Counter-clockwise where v points down.

@@ -5,13 +5,16 @@ use crate::base::memory;
 use crate::{Error, Result};
 use std::cell::Cell;
 
-/// The number of bytes to which elements may unfold for each byte of the file, in addition to [`FREE_BYTES`].
+/// The number of bytes that the elements of a glTF file may take, when copied out of its buffers, for each byte of the file.
+/// The limit is this number times the size of the file, plus [`FREE_BYTES`].
 const RATIO: u64 = 64;
 
-/// The number of bytes to which the elements of any file may unfold, however small the file is.
+/// The number of bytes that the elements of a glTF file may always take when copied out of its buffers, however small the
+/// file is.
 const FREE_BYTES: u64 = 1 << 30;
 
-/// The number of bytes to which the elements of a file may still unfold. It decreases with each element that is read.
+/// The number of bytes that the elements of a glTF file (vertices, indices, keys) may still take when they are copied out of
+/// the file's buffers. It decreases with each read, and bounds the memory that a small file can require.
 pub struct Unfolding(Cell<u64>);
 
 impl Unfolding {
@@ -22,7 +25,7 @@ impl Unfolding {
         ))
     }
 
-    /// Subtracts the bytes that an element unfolds to from the limit. `what` is the element in messages.
+    /// Subtracts `bytes`, the memory that elements will take, from the limit. `what` names the elements in messages.
     ///
     /// # Errors
     /// The limit has fewer bytes left, or there is not enough memory for them.

@@ -4,8 +4,8 @@ use crate::scene::notices::quoted;
 use crate::{Error, Result};
 use std::io::{BufRead, Read};
 
-/// The longest statement that is read, in bytes, with all lines that a backslash joins. A longer one is an error, because it
-/// would fill the memory and is no sensible OBJ or MTL.
+/// The maximum length of a statement, in bytes, with all lines that backslashes join. A longer statement is an error,
+/// because it would fill the memory and is no sensible OBJ or MTL.
 const MAX_BYTES: usize = 64 << 20;
 
 /// A reader of the statements of a file, one after another, which reuses its memory. A backslash at a line's end joins the

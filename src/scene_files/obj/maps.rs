@@ -153,7 +153,7 @@ fn what(map: &Map) -> String {
 }
 
 /// An image of the size of `like`, with roughness in the green channel and metalness in the blue one, as glTF stores them.
-/// Both come from red channels; without an image the channel is 255.
+/// Both are taken from the red channels of the given images, which have the same size; for `None` the channel is 255.
 fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) -> Image {
     let red = |image: Option<&Image>, i: usize| image.map_or(255, |image| image.texels[i][0]);
     let texel = |i| [255, red(roughness, i), red(metallic, i), 255];

@@ -42,22 +42,24 @@ const GREY: Vec3 = Vec3::splat(0.8);
 /// The largest MTL file that is read, in bytes. A larger one is an error.
 const MAX_MTL_BYTES: u64 = 64 << 20;
 
-/// The memory that an MTL file is assumed to take at most, in bytes per byte of the file: a material takes about 430 bytes,
-/// and its line may have only 7.
+/// The memory that the materials of an MTL file are assumed to take at most, in bytes per byte of the file. It is checked
+/// before the file is read. A material takes about 430 bytes, and the shortest line that begins one has 7.
 const MTL_RATIO: u64 = 128;
 
-/// The memory that a mesh and its instance take without vertices and triangles, in bytes. It is checked for each `o` and
-/// `g`.
+/// The memory that a mesh and its instance take without vertices and triangles, in bytes. The reader checks at each `o` and
+/// `g` statement that as much is free.
 const MESH_BYTES: u64 = 1 << 10;
 
-/// The memory that a face takes until it is cut into triangles, in bytes per byte of its line: a corner takes 96 bytes, and
-/// has at least two in the line.
+/// The memory that a face takes until it is cut into triangles, in bytes per byte of its line. A corner takes 96 bytes, and
+/// its text has at least two, such as `1` and a space.
 const FACE_RATIO: u64 = 48;
 
-/// The memory that the name of an MTL file takes without its text, in bytes. It is checked for each name after `mtllib`.
+/// The memory that the name of an MTL file takes without its text, in bytes. The reader checks for each name after `mtllib`
+/// that as much is free.
 const NAME_BYTES: u64 = 128;
 
-/// The maximum number of kinds of unsupported textures that a notice lists. Further kinds are summarised as "and others".
+/// The maximum number of unsupported kinds of textures, such as `bump`, that a notice lists. Further kinds are summarised as
+/// "and others".
 const MAX_KINDS: usize = 16;
 
 /// Reads an OBJ file and the MTL files in `folder` that it names. Errors name the line, not the file. The scene is not
@@ -84,8 +86,8 @@ pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Unt
     }
 }
 
-/// The scene of an OBJ file before its textures are loaded, which needs the whole file: only the images of materials that
-/// faces use are read.
+/// The scene of an OBJ file whose textures are not loaded yet. They are loaded after the whole file is read, because only
+/// then is it known which materials have faces: only the images of these are read.
 pub(super) struct Untextured {
     scene: Scene,
     maps: Vec<Maps>,
@@ -96,7 +98,7 @@ impl Untextured {
     /// Loads the textures, whose image files lie in `folder`. Returns the finished scene, with its notices.
     ///
     /// # Errors
-    /// The errors of [`maps::load`].
+    /// The errors of [`maps::load`], for example an image file that is damaged, or missing without the user's permission.
     pub fn load_textures(
         self,
         folder: &SceneFolder<'_>,
@@ -118,8 +120,8 @@ struct Reader<'a> {
     positions: Vec<DVec3>,
     /// The origin of the current mesh in the coordinates of the file. The mesh stores f32 positions relative to it.
     center: DVec3,
-    /// The number of positions that the origins of this mesh and of the meshes before it were computed from. The next mesh's
-    /// origin follows from the later positions; if there are none, the origin stays.
+    /// The number of positions of the file that were used for the origins of meshes so far. The origin of the next mesh is
+    /// computed from the positions after these; without such positions, the origin stays.
     centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
@@ -140,8 +142,8 @@ struct Reader<'a> {
     corners: Vec<Corner>,
     /// The positions of the current face's corners relative to the mesh's origin. The list is kept only to reuse its memory.
     points: Vec<Vec3>,
-    /// The keywords of textures that are not supported, each once, for one notice. There is at most one more than
-    /// [`MAX_KINDS`].
+    /// The keywords of textures that are not supported, each once, for one notice. There may be one more than [`MAX_KINDS`],
+    /// so that the notice ends with "and others".
     textures: Vec<String>,
 }
 
@@ -318,7 +320,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads the MTL file of this name, unless the name was looked up before. Returns false if there is no such file.
+    /// Reads the MTL file of this name, unless the name was looked up before. Returns false if there is no such file, but
+    /// always true for a name that was looked up before. `line` is the `mtllib` statement, for messages.
     fn library(&mut self, line: &Line, name: &str) -> Result<bool> {
         check_memory(line, name.len() as u64 + NAME_BYTES)?;
         if !self.library_names.insert(name.to_owned()) {
@@ -452,8 +455,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The origin of a mesh with these positions. It is the middle of their bounding box if that is more than 256 times as far
-/// from 0 as the box is large, so that f32 positions relative to it keep their precision; otherwise it is 0.
+/// The origin of a mesh with these positions. If the middle of their bounding box is further from 0 than 256 times the size
+/// of the box, it is this middle, so that f32 positions relative to it keep their precision. Otherwise it is 0.
 fn center_of(positions: &[DVec3]) -> DVec3 {
     const FAR: f64 = 256.0;
     let bounds = Bounds::of(positions.iter().copied());

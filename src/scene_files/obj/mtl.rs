@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 /// The parts of an MTL file that are ignored. The user gets a notice for each kind.
 #[derive(Default)]
 pub struct Library {
-    /// The keywords of textures that are not supported, such as `bump`, each once. There is at most one more than
-    /// [`MAX_KINDS`].
+    /// The keywords of textures that are not supported, such as `bump`, each once. There may be one more than [`MAX_KINDS`],
+    /// so that a notice that lists them can end with "and others".
     pub textures: Vec<String>,
     /// Options of supported textures that are ignored although they would change the picture. Each pair is the option, such
     /// as `-texres`, and its line, such as `line 12`.
@@ -23,7 +23,8 @@ pub struct Library {
     pub transparent: Vec<String>,
 }
 
-/// The textures of one material, `None` where it has none. They are boxed, because only few materials have textures.
+/// The textures of one material of an MTL file, `None` where it has none. They are boxed to save memory, because only few
+/// materials have textures.
 #[derive(Default)]
 pub struct Maps {
     pub base_color: Option<Box<Map>>,
@@ -31,8 +32,8 @@ pub struct Maps {
     pub metallic: Option<Box<Map>>,
     pub emission: Option<Box<Map>>,
     pub normal: Option<Box<Map>>,
-    /// The keywords of those of the factors `Kd`, `Ke` and `Pm` that the material contains. Other factors become 1 if there
-    /// is a texture for them.
+    /// The keywords among `Kd`, `Ke` and `Pm` (base colour, emission, metalness) that the material contains. Where one is
+    /// absent but the material has a texture for this property, the factor becomes 1.
     stated: Vec<&'static str>,
 }
 
@@ -87,9 +88,9 @@ pub struct Map {
     pub location: String,
 }
 
-/// Reads an MTL file. `folder` is the path of its folder, relative to the folder of the OBJ file. Its materials, still
-/// without textures, are appended to `materials`, and one entry for each to `maps`. Returns what is ignored. Errors name the
-/// line, not the file.
+/// Reads an MTL file, whose folder has the path `folder` relative to the folder of the OBJ file. The materials are appended
+/// to `materials`, still without textures, and the textures of each of them to `maps`. Returns the parts of the file that
+/// are ignored. Errors name the line, not the file.
 pub fn read(
     source: impl BufRead,
     folder: &Path,

@@ -44,7 +44,7 @@ crate::bindings! {
 
 crate::bindings! {
     /// Bindings of the pass `initial_indirect`, which traces paths as candidates of indirect light. The buffer `reservoirs`
-    /// holds the pilots until the pass overwrites them.
+    /// holds the pilots (the first BSDF ray of each pixel) until the pass overwrites them.
     pub struct InitialIndirect {
         [offers scene: SceneBindings]
         [offers vertices: History<WorldVertices>]

@@ -9,9 +9,9 @@ use crate::shader_interface::{
 };
 use glam::Vec2;
 
-/// The constants that stay the same in all frames; those of a frame, of light samplers and of reuse are zeros. `slots` is
-/// the number of slots for pixels in each buffer, and `light_nodes` the number of nodes of the light BVH. With `jitters`,
-/// primary rays are jittered.
+/// The constants of shaders that stay the same in all frames. Those of a frame, of light samplers and of reuse have no
+/// values yet; the caller sets them. `slots` is the number of slots for pixels in each buffer, and `light_nodes` the number
+/// of nodes of the light BVH. With `jitters`, primary rays pass through random points of their pixels.
 pub fn frame_constants(
     view: &ViewConstants,
     bindings: &SceneBindings,
@@ -50,7 +50,7 @@ pub fn frame_constants(
 }
 
 /// The constants for the resampling of direct or of indirect light. `distant_fraction` is the fraction of the power of all
-/// lights that is from distant lights, in [0, 1].
+/// lights that is from distant lights (lights at infinite distance), in [0, 1].
 pub fn reuse_constants(
     resampling: &Resampling,
     light_bvh: &LightBvhSettings,
@@ -99,8 +99,8 @@ pub fn reuse_constants(
 }
 
 /// The number of light samples among `count` that are drawn from the light BVH, and their fraction in [0, 1]; for `count` =
-/// 1, the fraction is the probability. Distant lights, which the tree does not contain, keep their fraction of the other
-/// samples.
+/// 1, the fraction is the probability. The other samples are drawn among all lights. A higher `distant_fraction` gives more
+/// of these, since the tree does not contain distant lights.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_fraction;
     match count {

@@ -240,7 +240,8 @@ impl Restir {
         Ok(made)
     }
 
-    /// The reuse of each kind of light that is resampled, direct light first.
+    /// The reservoirs of direct light and of indirect light with the passes that reuse them, each only if this light is
+    /// rendered; direct light first.
     fn kinds(&self) -> impl Iterator<Item = &Reuse> {
         let direct = self.direct.iter().map(|light| &light.reuse);
         direct.chain(self.indirect.iter().map(|light| &light.reuse))
@@ -284,7 +285,7 @@ impl Restir {
         }
     }
 
-    /// Advances the history and the constants to the frame with the index `index`, which `camera` shows.
+    /// Advances the history and the constants to the frame with the index `index`, which shows what `camera` sees.
     pub(in crate::render) fn begin_frame(&mut self, index: u32, camera: GpuCamera) {
         let constants = &mut self.constants;
         constants.frame = index;

@@ -81,8 +81,8 @@ impl BufferSizes {
         }
     }
 
-    /// Checks that the device can bind each buffer at once. With `by_address`, it only has to allocate the buffers of world
-    /// reservoirs, since shaders reach them by address.
+    /// Checks that the device can bind each buffer at once. With `by_address`, the device only has to allocate the buffers
+    /// of world reservoirs, since shaders reach them by address.
     ///
     /// # Errors
     /// A buffer is too large; the message names the buffer and settings that make it smaller.

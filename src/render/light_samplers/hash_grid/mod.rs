@@ -21,7 +21,7 @@ use crate::shader_interface::{
 use settings::{GridMode, HashGridSettings};
 
 crate::bindings! {
-    /// Bindings of the pass `grid_claim`, which decides which surface fills each slot.
+    /// Bindings of the pass `grid_claim`, which decides for each slot of the hash grid which surface makes its reservoir.
     pub struct ClaimGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -33,7 +33,7 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `grid_fill`, which makes the reservoir of each slot.
+    /// Bindings of the pass `grid_fill`, which makes the reservoir of each slot of the hash grid.
     pub struct FillGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -45,13 +45,13 @@ crate::bindings! {
     }
 }
 
-/// The number of points on surfaces that fill the grid as published; each point fills it for both sides of its surface.
-/// Higher: more cells have reservoirs, but the grid needs more memory.
+/// The number of points on surfaces for which reservoirs are made with `hash_grid.mode=published`. Each point counts twice,
+/// for both sides of its surface. Higher: more cells have reservoirs, but the grid needs more memory.
 const SURFACE_POINTS: usize = 1 << 19;
 
 /// The hash grid as a light sampler: its passes, buffers and constants.
 pub struct HashGridLight {
-    /// The pass `grid_claim`, which decides which surface fills each slot.
+    /// The pass `grid_claim`, which decides for each slot of the grid which surface makes its reservoir.
     claim: ComputePass,
     /// The pass `grid_fill`, which makes the reservoir of each slot.
     fill: ComputePass,
@@ -65,7 +65,8 @@ pub struct HashGridLight {
     constants: GridConstants,
 }
 
-/// The number of surfaces that claim slots, and the number of slots, a power of two; both 0 without a grid.
+/// The number of surfaces that can fill slots of the hash grid, and the number of its slots, a power of two; both are 0
+/// without a grid.
 fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     let surfaces = match filled_by {
         HashGrid::None => return (0, 0),
@@ -79,8 +80,8 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     (surfaces, (2 * surfaces).next_power_of_two())
 }
 
-/// The names and the sizes in bytes of the buffers (points, slots, reservoirs), with `reservoir_bytes` bytes per reservoir;
-/// `None` without a grid.
+/// The names and the sizes in bytes of the buffers of the hash grid (points on surfaces, slots, reservoirs), with
+/// `reservoir_bytes` bytes per reservoir; `None` without a grid.
 fn bytes(
     filled_by: HashGrid,
     view: &ViewConstants,
@@ -100,7 +101,7 @@ fn bytes(
 }
 
 impl HashGridLight {
-    /// The entry of the hash grid in the table of all kinds of light samplers.
+    /// The functions with which `LightSamplers` computes the memory of the hash grid and makes it.
     pub(super) const KIND: Kind = Kind {
         bytes: |settings, view, reservoir_bytes| {
             let sizes = bytes(settings.filled_by, view, reservoir_bytes);

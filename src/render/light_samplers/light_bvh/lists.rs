@@ -42,7 +42,7 @@ fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
 }
 
 impl LightLists {
-    /// The entry of light lists in the table of all kinds of light samplers.
+    /// The functions with which `LightSamplers` computes the memory of light lists and makes them.
     pub(in crate::render::light_samplers) const KIND: Kind = Kind {
         bytes: |settings, view, _| {
             let lists = settings.light_lists.into_iter();

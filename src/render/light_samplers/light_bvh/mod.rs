@@ -17,8 +17,8 @@ use settings::{Boxes, Far, LightBvhSettings};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// The number of points on surfaces at which boxes of influence are counted, to find their scale. Higher: a more exact
-/// scale, but a longer start; if a point lies in 8 boxes on average, the error of the mean is 3 %.
+/// The number of points on surfaces at which boxes of influence (the boxes within which lights are found) are counted, to
+/// choose the scale of the boxes. Higher: a more exact scale, but a longer start.
 const SURFACE_POINTS: usize = 1024;
 
 /// The light BVH on the device, with the tree from which its contents are made; empty if no candidates are drawn from it.
@@ -26,7 +26,7 @@ pub struct LightBvhBuffer {
     /// The number of nodes of the tree; 0 if there is no tree.
     pub node_count: u32,
     buffer: Buffer,
-    /// The tree, and the time in seconds at which its lights are in the buffer. `None` if there is no tree.
+    /// The tree, and the time in the scene, in seconds, for which the buffer holds its lights. `None` if there is no tree.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 
@@ -106,7 +106,8 @@ impl SceneResource for LightBvhBuffer {
     }
 }
 
-/// Builds the tree for the lights at time 0. With `boxes=visibility`, it traces rays to limit the boxes of influence.
+/// Builds the tree for the lights at time 0. With `far=skipped` and `boxes=visibility`, it traces rays from the lights to
+/// limit the boxes of influence (the boxes within which lights are found).
 fn build(
     device: &Arc<Device>,
     scene: &Arc<GpuScene>,

@@ -4,11 +4,12 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The factor on the size of boxes in the light BVH: `auto` or a number from 1e-9 to 1e9.
+/// The factor by which the boxes around lights in the light BVH are enlarged: `auto` or a number from 1e-9 to 1e9. Larger
+/// boxes find more lights at a point, by longer walks through the tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Written", try_from = "Written")]
 pub enum Scale {
-    /// A factor that follows from the scene.
+    /// 1 with `far=joined`; with `far=skipped`, a factor that is chosen from the scene.
     #[default]
     Auto,
     /// The given factor, from 1e-9 to 1e9.
@@ -68,7 +69,7 @@ impl JsonSchema for Scale {
     }
 }
 
-/// The distribution by which one of the lights that a walk through the tree finds is drawn.
+/// The distribution by which a walk through the light BVH draws one of the lights that it finds at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightChoice {
@@ -126,8 +127,9 @@ pub struct LightBvhSettings {
     /// otherwise a scale at which points on surfaces lie within about 8 boxes. Higher: longer searches, and candidates
     /// closer to the best ones. Unbiased at any value.
     pub scale: Scale,
-    /// Fraction of candidates that are drawn among all lights instead of from the tree; at least one candidate. Higher: less
-    /// noise where light comes from unexpected directions, more noise elsewhere. Unbiased at any value.
+    /// Fraction of candidates that are drawn among all lights instead of from the tree: at least one of several candidates;
+    /// a single candidate is drawn so with this probability. Higher: less noise where light comes from unexpected
+    /// directions, more noise elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
     /// The extent of boxes of influence, with `far=skipped`. `visibility` limits the boxes by rays: 256 for each box, traced
@@ -136,7 +138,8 @@ pub struct LightBvhSettings {
     /// True if lights that are close to each other form a cluster with one box, which makes the tree smaller; false if each
     /// light has its own box. Unbiased either way.
     pub cluster: bool,
-    /// The distribution by which one of the lights that a walk finds is drawn. Unbiased either way.
+    /// The distribution by which a walk through the tree draws one of the lights that it finds at a point. Unbiased either
+    /// way.
     pub choice: LightChoice,
     /// The distribution of the candidates that are not drawn from the tree but among all lights. Unbiased either way.
     pub rest: Rest,
