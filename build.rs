@@ -1,4 +1,5 @@
-//! Build script: compiles every pass (compute shader) in every variant to SPIR-V, and embeds the SPIR-V and the GLSL
+//! Build script. It compiles every pass (compute shader) to SPIR-V, once for each variant (the tracer, and the ways in
+//! which shaders access the scene). It also writes the Rust tables through which the crate embeds the SPIR-V and the GLSL
 //! sources.
 
 use headwater_shader_interface::compiler::{self, Sources};
@@ -46,8 +47,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Compiles each pair of pass and variant into the folder `out`, with one thread per core. Returns the error of a shader
-/// that does not compile.
+/// Compiles each pair of `shaders`, the name of a pass and a variant, into the folder `out`, with one thread per core. If
+/// shaders do not compile, returns the error of one of them.
 fn compile_all(shaders: &[(&str, Variant)], sources: &Sources, out: &Path) -> Result<(), String> {
     let next = AtomicUsize::new(0);
     let work = || -> Result<(), String> {
@@ -65,9 +66,9 @@ fn compile_all(shaders: &[(&str, Variant)], sources: &Sources, out: &Path) -> Re
     })
 }
 
-/// Compiles one variant of a pass to the file `KEY.spv` in the folder `out`; `KEY` names the pass and the variant. It does
-/// nothing if the last build made that file from the same input, so that an edit of one shader costs only the passes that
-/// include it.
+/// Compiles one variant of the pass with the name `pass` to the file `KEY.spv` in the folder `out`; `KEY` names the pass
+/// and the variant. The file `KEY.hash` stores a hash of the input. If it has the hash of the present input, nothing is
+/// compiled, so that an edit of one shader file recompiles only the passes that include it.
 fn compile(pass: &str, variant: Variant, sources: &Sources, out: &Path) -> Result<(), String> {
     let file = compiler::pass_file(pass, sources).ok_or("the pass has no file")?;
     let defines = variant.defines();
@@ -90,8 +91,9 @@ fn compile(pass: &str, variant: Variant, sources: &Sources, out: &Path) -> Resul
     written.map_err(|e| format!("cannot write {}: {e}", spirv.display()))
 }
 
-/// The first 12 digits of the hash of the commit that this build is made from, for metadata of pictures. A `+` follows if
-/// tracked files had been changed when this script last ran. The text is empty outside a git checkout.
+/// The first 12 hexadecimal digits of the git commit from which this build is made; pictures, profiles and golden frames
+/// store them. A `+` follows if tracked files had been changed when this script last ran. The text is empty outside a git
+/// checkout.
 fn commit() -> String {
     let git = |arguments: &[&str]| {
         let output = std::process::Command::new("git").args(arguments).output();

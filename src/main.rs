@@ -1,4 +1,4 @@
-//! Arguments → one command.
+//! The program `headwater`: runs the command that its arguments name, and returns the exit status.
 
 use headwater::base::out_of_memory::Allocator;
 use headwater::commands;

@@ -1,23 +1,26 @@
-//! The error type of this crate. Each kind of error has its own exit status of the process.
+//! The error type of this crate. Each variant of it ends the process with another exit status.
 
 use crate::base::printable::printable;
 use std::path::Path;
 
-/// An error that is shown to the user. Its text is one line: the failure, its location, and the remedy.
+/// An error that ends the program; it is shown to the user on stderr. Its text is one line: what failed, where, and, if
+/// possible, what the user can do.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The arguments or the input are wrong (exit status 2).
+    /// The command-line arguments or an input file are wrong; the process then ends with exit status 2. The text is the
+    /// whole message.
     #[error("{0}")]
     Input(String),
-    /// The work failed, or a check failed (exit status 1).
+    /// The device, the disk or other parts of the system failed, or a check did, such as a limit of `compare`; the process
+    /// then ends with exit status 1. The text is the whole message.
     #[error("{0}")]
     Failed(String),
-    /// A signal stopped the work (exit status 128 + signal).
+    /// A signal, SIGINT or SIGTERM, stopped the work; the process then ends with exit status 128 + the signal's number.
     #[error("stopped by signal {signal}; {kept}")]
     Interrupted {
         /// The number of the signal, such as 2 for SIGINT.
         signal: i32,
-        /// A clause about the results that were kept, which ends the message.
+        /// A clause that states which results were saved, such as "nothing was written". It ends the message.
         kept: String,
     },
 }
@@ -26,8 +29,8 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An [`Error::Input`] with this message. Line breaks and control characters in it are escaped, since it may quote
-    /// arguments or files.
+    /// An [`Error::Input`] with this message. Line breaks and control characters in it are escaped, because the message may
+    /// quote arguments or files.
     pub fn input(message: impl AsRef<str>) -> Self {
         Self::Input(printable(message.as_ref()))
     }
@@ -37,18 +40,18 @@ impl Error {
         Self::Failed(message.into())
     }
 
-    /// An [`Error::Input`] about a file at `path` that cannot be read, with the cause.
+    /// An [`Error::Input`] whose message states that the file at `path` cannot be read, and why (`cause`).
     pub fn reading(path: &Path, cause: impl std::fmt::Display) -> Self {
         Self::input(format!("cannot read {}: {cause}", path.display()))
     }
 
-    /// An [`Error::Failed`] about a file at `path` that cannot be written, with the cause.
+    /// An [`Error::Failed`] whose message states that the file at `path` cannot be written, and why (`cause`).
     pub fn writing(path: &Path, cause: impl std::fmt::Display) -> Self {
         Self::Failed(format!("cannot write {}: {cause}", path.display()))
     }
 
-    /// Converts an I/O error: returns the error of this crate that `cause` wraps, or `make(cause)` if it wraps none. A
-    /// reader or writer can return errors of this crate through [`std::io::Error::other`].
+    /// Converts an I/O error: returns the error of this crate that `cause` wraps, or `make(cause)` if it wraps none. It
+    /// wraps one if a reader or writer of this crate returned its error through [`std::io::Error::other`].
     pub fn from_io(cause: std::io::Error, make: impl FnOnce(std::io::Error) -> Self) -> Self {
         cause.downcast::<Self>().unwrap_or_else(make)
     }

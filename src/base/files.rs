@@ -12,11 +12,12 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
-/// The buffered writer that [`write_atomically`] passes to its closure.
+/// The buffered writer that [`write_atomically`] passes to its closure, which writes the content of the file to it.
 pub type Output = BufWriter<File>;
 
-/// Writes the file at `path` through the closure `write`. On failure an existing file stays unchanged and no new file is
-/// left. A symbolic link remains a link, and the file that it leads to is replaced; a device or pipe is written directly.
+/// Writes the file at `path`; the closure `write` writes its content. On failure, an existing file stays unchanged, and
+/// no incomplete file is left. If `path` is a symbolic link, it remains a link, and the file that it leads to is
+/// replaced. A device or a pipe is written directly.
 ///
 /// # Errors
 /// The file cannot be created or written, or `write` returns an error.
@@ -75,8 +76,8 @@ pub fn check_writable(path: &Path) -> Result<()> {
     New::beside(path, &target(path)).map(drop)
 }
 
-/// Opens a device or a pipe for writing. It never waits: a pipe without a reader, for which the system would wait, is an
-/// error.
+/// Opens a device or a pipe for writing. Opening never waits: if nobody reads a pipe, it returns an error, where the
+/// system would wait for a reader. Later writes wait as usual.
 fn open_device(path: &Path) -> std::io::Result<File> {
     let mut options = File::options();
     options.write(true).custom_flags(libc::O_NONBLOCK);
@@ -104,8 +105,8 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The path with its folder as an absolute path without links, `.` and `..`, so that two spellings of it become equal. The
-/// folder stays as it is if it does not exist.
+/// The path with its folder as an absolute path without links, `.` and `..`, so that two spellings of one path become
+/// equal. If the folder does not exist, the path is returned unchanged.
 fn resolved(path: &Path) -> PathBuf {
     let folder = folder(path);
     let folder = folder.canonicalize().unwrap_or(folder);
@@ -113,16 +114,18 @@ fn resolved(path: &Path) -> PathBuf {
         .map_or_else(|| folder.clone(), |name| folder.join(name))
 }
 
-/// A new output file that does not have its final name yet. It gets the name when its content is complete.
+/// A new output file that does not have its final name yet. It gets that name, and so replaces an older file, when its
+/// content is complete.
 struct New {
     file: File,
-    /// The unique temporary name of the file, which is deleted on drop; `None` if the file has no name, which some file
-    /// systems support.
+    /// The unique temporary path of the file, which is deleted when this value is dropped. `None` if the file has no name at
+    /// all, which only some file systems support.
     name: Option<TempPath>,
 }
 
 impl New {
-    /// Creates a file in the folder of `target`. Error messages name `path`, as the user gave it.
+    /// Creates the new file in the folder of `target`, the file that it will replace. Error messages name `path`, as the
+    /// user gave it; it is `target` or a link to it.
     fn beside(path: &Path, target: &Path) -> Result<Self> {
         let folder = folder(target);
         if !folder.is_dir() {
@@ -148,7 +151,7 @@ impl New {
     }
 }
 
-/// The beginning of the names of temporary files, which are in the same folder as their targets.
+/// The beginning of the names of temporary files. They are in the same folders as the files that they will replace.
 const PREFIX: &str = ".headwater-";
 
 #[cfg(target_os = "linux")]
@@ -161,7 +164,8 @@ mod unnamed {
     use std::os::fd::AsRawFd;
     use std::os::unix::fs::OpenOptionsExt;
 
-    /// The folder with a link to each open file of the process. Through its link, a file without a name can get a name.
+    /// The folder with one link for each open file of this process. A file without a name gets a name when its link in this
+    /// folder is linked to that name.
     const OPEN_FILES: &str = "/proc/self/fd";
 
     /// Creates a file without a name in `folder`; `None` if the file system does not support this or the folder cannot be

@@ -8,14 +8,16 @@ use std::io::{self, ErrorKind, Read};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// The maximum size in bytes of a file of settings or of a study plan. The TOML parser takes about a hundred times the size
-/// of the file in memory.
+/// The maximum size in bytes of a file of settings or of a study plan; larger files are refused. The limit is low because
+/// the TOML parser takes about a hundred times the size of the file in memory.
 pub const MAX_TOML_BYTES: u64 = 16 << 20;
 
 /// The maximum size in bytes of a JSON file that is read: a list of golden frames, a profile, or statistics of pipelines.
+/// Larger files are refused.
 pub const MAX_JSON_BYTES: u64 = 256 << 20;
 
-/// Opens a plain file for reading. It never waits, even if a pipe takes the place of the file meanwhile.
+/// Opens a plain file for reading. It never waits, even if a pipe takes the place of the file between the check and the
+/// opening.
 ///
 /// # Errors
 /// The file cannot be opened, or it is a folder, a pipe, a socket or a device.
@@ -30,7 +32,7 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Checks by its metadata that a file is a plain file.
+/// Checks that `file`, the metadata of a file, belongs to a plain file.
 ///
 /// # Errors
 /// The file is a folder, a pipe, a socket or a device.
@@ -60,7 +62,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     read_at_most(path, u64::MAX)
 }
 
-/// Reads the text of the plain file at `path`, which has at most `most` bytes.
+/// Reads the text of the plain file at `path`. A file of more than `most` bytes is refused before it is read.
 ///
 /// # Errors
 /// The file cannot be read, is not a plain file, has more than `most` bytes, or is not UTF-8; or there is not enough memory
@@ -83,7 +85,8 @@ fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     read_length(file, length).map_err(|cause| wrong(&cause))
 }
 
-/// Reads the first `length` bytes of a file, or all bytes if the file has become shorter.
+/// Reads the first `length` bytes of a file. If the file has fewer, because it was shortened meanwhile, reads all of
+/// them.
 ///
 /// # Errors
 /// The file cannot be read, or there is not enough memory for `length` bytes.

@@ -1,11 +1,13 @@
-//! Conversion to JSON that keeps the shortest digits of 32-bit floats.
+//! Conversion of values to JSON in which 32-bit floats have the fewest digits that identify them: 0.05, not
+//! 0.05000000074505806.
 
 use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
 
-/// Converts a value to JSON in which 32-bit floats have as few digits as possible. `serde_json::to_value` would convert them
-/// to 64 bits first, and 0.05 would become 0.05000000074505806. `what` names the value in the error message.
+/// Converts a value to JSON in which 32-bit floats have the fewest digits that identify them. `serde_json::to_value`
+/// would convert them to 64 bits first, and 0.05 would become 0.05000000074505806. `what` names the value in the error
+/// message.
 ///
 /// # Errors
 /// The value has no JSON form, such as a map whose keys are not text.

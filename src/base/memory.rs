@@ -1,24 +1,25 @@
-//! Checks of the available memory, before an input takes much of it. Linux grants more memory than it has, and ends a
-//! process that uses it; so a successful reservation alone proves nothing.
+//! Checks that enough memory is available, before an input takes much of it. They are needed because Linux lets processes
+//! reserve more memory than the machine has, and kills a process that then uses too much. A successful reservation alone
+//! proves nothing.
 
 use crate::base::out_of_memory::may_fail;
 use std::fs::read_to_string;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The number of bytes, 64 MiB, that may be taken in one piece or in many before the available memory is read. Reading it
-/// takes several system calls.
+/// The number of requested bytes, 64 MiB, for which [`check`] reads the available memory from the system once. It is not
+/// read for each smaller request, because reading it takes several system calls.
 const LITTLE: u64 = 64 << 20;
 
-/// The sum, in bytes, of the pieces that were taken since the available memory was last read. All threads share it.
+/// The sum, in bytes, of the requests to [`check`] since the available memory was last read. All threads share it.
 static TAKEN: AtomicU64 = AtomicU64::new(0);
 
-/// Checks that `bytes` more bytes of memory are available. Requests of few bytes cost nothing: they are summed, and the
-/// available memory is read once per [`LITTLE`] bytes.
+/// Checks that `bytes` more bytes of memory are available; reserves nothing. Small requests cost nothing: they are
+/// summed, and the available memory is read once per [`LITTLE`] bytes.
 ///
 /// # Errors
-/// Fewer bytes are available; the text names both numbers of bytes. If the system does not report its memory, the check
-/// passes.
+/// Fewer than `bytes` bytes, or fewer than [`LITTLE`] bytes, are available; the text names the needed and the available
+/// number. If the system does not report its memory, the check passes.
 pub fn check(bytes: u64) -> Result<(), String> {
     if bytes <= LITTLE && TAKEN.fetch_add(bytes, Ordering::Relaxed) + bytes <= LITTLE {
         return Ok(());
@@ -33,7 +34,7 @@ pub fn check(bytes: u64) -> Result<(), String> {
     }
 }
 
-/// An empty vector with a capacity of `bytes`, for example for the content of a file.
+/// An empty vector with a capacity of `bytes` bytes, for example for the content of a file.
 ///
 /// # Errors
 /// There is not enough memory; the text names the number of bytes.
@@ -47,8 +48,8 @@ pub fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
     Ok(room)
 }
 
-/// The number of bytes of memory that the process can still use: memory that is free or can be freed, within the limits of
-/// its control groups and of its address space. `None` if the system does not report it.
+/// The number of bytes of memory that the process can still use: memory that is free or that the system can free, within
+/// the limits of the process's control groups and of its address space. `None` if the system does not report it.
 fn available() -> Option<u64> {
     let report = read_to_string("/proc/meminfo").ok()?;
     let kibibytes = |key| value(&report, key);
@@ -70,8 +71,9 @@ fn number(text: &str) -> Option<u64> {
     text.split_whitespace().next()?.parse().ok()
 }
 
-/// The number of bytes that the control groups of a process still allow; `None` if they have no limit. `groups` is the
-/// content of the process's `/proc/self/cgroup`, `root` the folder where the hierarchies are mounted.
+/// The number of bytes of memory that the control groups (cgroups) of a process still allow; `None` if they have no
+/// limit. `groups` is the content of the process's `/proc/self/cgroup`, and `root` is the folder where the system shows
+/// the groups, `/sys/fs/cgroup`.
 fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     let left = groups.lines().filter_map(|line| {
         let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
@@ -105,8 +107,8 @@ fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     left.min()
 }
 
-/// The number of bytes that the limit of the process's address space (`ulimit -v`) still allows; `None` if there is no
-/// limit.
+/// The number of bytes by which the process's address space can still grow until its limit (`ulimit -v`); `None` if it
+/// has no limit.
 fn left_in_address_space() -> Option<u64> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;
     let used = number(&read_to_string("/proc/self/statm").ok()?)?;

@@ -1,7 +1,7 @@
-//! A suggestion for a mistyped name: the valid name that is most similar to it.
+//! A suggestion for a mistyped name, such as that of a setting or a scene: the valid name that is most similar to it.
 
-/// The maximum length in bytes of a mistyped name that is compared. The time of a comparison grows with the product of both
-/// lengths, and no valid name is so long.
+/// The maximum length in bytes of a mistyped name. A longer one gets no suggestion: no valid name is so long, and the
+/// time of a comparison grows with the product of both lengths.
 const LONGEST: usize = 100;
 
 /// The suggestion ", did you mean 'X'?", where X is the one of `names` that is most similar to the mistyped name `wanted`.
@@ -20,8 +20,8 @@ pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String
         })
 }
 
-/// The similarity of two names, in [0, 1]; 1 means equal. The last word of a dotted name counts most, so that a key is found
-/// even if its group is missing or wrong.
+/// The similarity of two names, in [0, 1]; 1 means equal. Of a dotted name, such as `direct.mode`, the last word counts
+/// most, so that a key of the settings is found even if its group (`direct`) is missing or wrong.
 fn likeness(wanted: &str, name: &str) -> f64 {
     let whole = strsim::jaro_winkler(wanted, name);
     let Some((group, word)) = name.rsplit_once('.') else {

@@ -1,4 +1,4 @@
-//! Ends a process that runs out of memory with one line on stderr and exit status 1. The standard library would print two
+//! Out of memory: prints one line on stderr and ends the process with exit status 1. The standard library would print two
 //! lines and abort, and only its unstable interface can change that.
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 thread_local! {
-    /// True while this thread runs [`may_fail`]: a failed allocation then does not end the process. The value itself needs
-    /// no allocation and is never dropped, so that the allocator can read it at any time.
+    /// True while this thread runs [`may_fail`]; then an allocation that fails does not end the process. The flag needs no
+    /// allocation and is never dropped, so that the allocator can read it at any time.
     static MAY_FAIL: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -22,12 +22,12 @@ pub fn may_fail<T>(work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// The system's allocator, except that an allocation that fails ends the process with one line on stderr. The program uses
-/// it for all memory.
+/// The system's allocator, except that an allocation that fails ends the process with one line on stderr. The program
+/// `headwater` uses it as its global allocator.
 pub struct Allocator;
 
-/// Returns `memory`, the result of an allocation of `bytes` bytes. If it is null, ends the process, except inside
-/// [`may_fail`].
+/// Returns `memory`, the pointer that an allocation of `bytes` bytes returned. If it is null, ends the process, except
+/// inside [`may_fail`], where the null pointer is returned.
 fn checked(memory: *mut u8, bytes: usize) -> *mut u8 {
     if memory.is_null() && !MAY_FAIL.get() {
         end(bytes);
@@ -50,9 +50,9 @@ fn end(bytes: usize) -> ! {
     end_with(&line[..length])
 }
 
-/// Prints `line` on stderr and ends the process with status 1, from any thread and at any moment. If several threads fail at
-/// once, the first one prints its line. No output file is left incomplete, because a file gets its name only when it is
-/// complete.
+/// Prints `line`, which must end with a line break, on stderr and ends the process with exit status 1. Any thread and any
+/// signal handler may call it; if several threads do so at once, only the first one prints its line. No output file is
+/// left incomplete, because a file gets its name only when it is complete.
 pub fn end_with(line: &[u8]) -> ! {
     static ENDS: AtomicBool = AtomicBool::new(false);
     while ENDS.swap(true, Ordering::Relaxed) {

@@ -9,14 +9,14 @@ pub fn printable(text: &str) -> String {
     escaped(text, |_| false)
 }
 
-/// Escapes `text` like [`printable`], but keeps its line breaks. JSON text keeps its meaning, because its strings contain no
-/// raw line break, and the escapes are those of JSON.
+/// Escapes `text` like [`printable`], except that line breaks stay. JSON text keeps its meaning, because strings in JSON
+/// contain no raw line break, and the escapes are those of JSON.
 pub fn printable_lines(text: &str) -> String {
     escaped(text, |c| c == '\n')
 }
 
-/// Shortens `text` to at most `most` characters. An ellipsis replaces the middle, because a message begins with the location
-/// of an error and ends with the advice.
+/// Shortens `text` to at most `most` characters. If it is longer, an ellipsis replaces its middle, because a message
+/// begins with the location of an error and ends with the advice.
 pub fn shortened(text: &str, most: usize) -> String {
     let count = text.chars().count();
     if count <= most {

@@ -1,12 +1,12 @@
-//! Random numbers that are equal on every machine. Procedural scenes use them, and the content hashes of the scenes depend
-//! on them.
+//! Random numbers that are equal on every machine. Procedural scenes are made with them, so that the content hash of a
+//! scene is the same everywhere.
 
 /// The generator PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast
 /// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).
 pub struct Random(u64);
 
 impl Random {
-    /// A generator whose whole sequence follows from `seed`.
+    /// A generator whose whole sequence of numbers is determined by `seed`.
     pub fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         random.bits();
@@ -23,17 +23,18 @@ impl Random {
         word.rotate_right((state >> 59) as u32)
     }
 
-    /// The next random number, uniform in [0, 1).
+    /// The next random number, a multiple of 2⁻²⁴ that is uniform in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 8) as f32 / 16_777_216.0
     }
 
-    /// The next random number, uniform in [`low`, `high`); rounding can also give `high` itself.
+    /// The next random number, uniform in [`low`, `high`). Because of rounding, it can also be `high` itself.
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
 
-    /// A random index in [0, `count`), all with nearly the same probability; `count` must not be 0.
+    /// The next random number as an index in [0, `count`). All indices have nearly the same probability; `count` must not be
+    /// 0.
     pub fn index(&mut self, count: usize) -> usize {
         (self.unit() * count as f32) as usize % count
     }

@@ -1,6 +1,7 @@
-//! The short form of hashes for file names, lists and messages.
+//! The short form of hashes that is used in file names, lists and messages.
 
-/// The first 16 hexadecimal digits of a hash. Their 64 bits distinguish data that were not constructed to collide.
+/// The first 16 hexadecimal digits (64 bits) of a hash. They distinguish all data except those that someone constructed
+/// to have equal digits.
 pub fn short(hash: &blake3::Hash) -> String {
     hash.to_hex()[..16].to_owned()
 }

@@ -1,19 +1,20 @@
-//! TOML texts of users: parsed into structures, and searched for the line that an error message is about.
+//! TOML texts that users write: parsed into structures, and searched for the line that an error message is about.
 
 use crate::{Error, Result};
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
-/// A TOML text and its origin, with which an error message can name the file and the line.
+/// A TOML text and the name of its origin, so that an error message can name the file and the line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TomlText {
-    /// The path of the file, or another name of the text, as error messages show it.
+    /// The path of the file that contains the text, or another name of the text; error messages show it.
     pub origin: String,
     /// The TOML source text, not parsed.
     pub text: String,
 }
 
-/// One step of a path from the root of a TOML document to a table inside it.
+/// One step of a path from the root of a TOML document to a table inside it. Error messages need such paths to find the
+/// line of a key.
 #[derive(Clone, Copy, Debug)]
 pub enum Step<'a> {
     /// Goes to the value of this key in a table.
@@ -31,7 +32,7 @@ impl TomlText {
         }
     }
 
-    /// Parses the text into `T`, which is a structure or a tree of values.
+    /// Parses the text into a value of type `T`, which is a structure or a tree of TOML values.
     ///
     /// # Errors
     /// The text is not TOML or does not fit `T`; the message names the line.
@@ -42,8 +43,9 @@ impl TomlText {
         })
     }
 
-    /// Adds the origin and the line of a key to the message of an input error. The dotted `key` is relative to the table
-    /// that `path` leads to; if the text does not contain it, only the origin is added. Other errors stay unchanged.
+    /// Adds the origin and the line of a key to the message of an input error. The dotted `key`, such as `direct.mode`, is
+    /// relative to the table that `path` leads to. If the text does not contain the key, only the origin is added. Other
+    /// errors are returned unchanged.
     pub fn error_for(&self, path: &[Step<'_>], key: &str, error: Error) -> Error {
         match (self.offset_of(path, key), error) {
             (Some(offset), Error::Input(message)) => self.error_at(offset, &message),
@@ -52,7 +54,8 @@ impl TomlText {
         }
     }
 
-    /// An input error whose message begins with the origin, the number and the text of the line with the byte at `offset`.
+    /// An input error whose message begins with the origin, and with the number and the text of the line that contains the
+    /// byte at `offset`; then follows `message`.
     fn error_at(&self, offset: usize, message: &str) -> Error {
         let number = 1 + self.text[..offset].matches('\n').count();
         let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
@@ -75,8 +78,8 @@ impl TomlText {
     }
 }
 
-/// The offset in bytes, from the start of the text, of the dotted `key` in `table`; `None` if `table` does not contain it.
-/// Keys of the table itself may be dotted too.
+/// The offset in bytes, from the start of the text, of the dotted `key` in `table` or in a table inside it; `None` if
+/// they do not contain the key. A name in a table may itself contain dots.
 fn offset_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
     table.iter().find_map(|(name, value)| {
         let rest = key.strip_prefix(name.get_ref().as_ref())?;

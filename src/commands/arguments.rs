@@ -1,4 +1,4 @@
-//! The command-line options that several commands share, and their checks.
+//! The command-line options that several commands share, and the checks of their values.
 
 use super::choices::{LoadArgs, VariantArgs};
 use crate::base::files::{check_writable, is_same_file};
@@ -16,46 +16,50 @@ use crate::{Error, Result};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// The maximum number of pixels of a picture that is rendered; a larger size is refused.
+/// The maximum number of pixels of a picture to render; arguments that ask for more are refused.
 const MAX_PIXELS: u64 = 1 << 28;
 
-/// Options that choose the scene, its view, its settings and the device; every command that renders a picture has them.
+/// Options that choose the scene, its camera, the settings of the renderer and the device. The commands `render`,
+/// `reference` and `profile` share them.
 #[derive(clap::Args)]
 pub struct SceneArgs {
-    /// A procedural scene's name, or a file: .gltf, .glb, .obj
+    /// The scene: the name of a procedural scene (see 'headwater scene list'), or a file, .gltf, .glb or .obj
     pub scene: String,
-    /// Permissions for loading a scene: without missing image files, with files outside of its folder
+    /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
     #[command(flatten)]
     pub load: LoadArgs,
-    /// Light from all around: a file, .exr or .hdr, by longitude and latitude, or a sky such as sky:sun=40
+    /// Light from infinitely far away: an image file, .exr or .hdr, by longitude and latitude, or a sky such as sky:sun=40,
+    /// with the sun's elevation in degrees
     #[arg(long, value_name = "FILE|sky:…")]
     pub environment: Option<String>,
-    /// Image width in pixels; with neither width nor height: 1280
+    /// Width of the picture in pixels; if only --height is given, from the camera's aspect ratio; if neither is given, 1280
     #[arg(long, allow_negative_numbers = true)]
     pub width: Option<u32>,
-    /// Image height in pixels; given one side, the other follows the camera's aspect
+    /// Height of the picture in pixels; if it is not given, from the width and the camera's aspect ratio
     #[arg(long, allow_negative_numbers = true)]
     pub height: Option<u32>,
-    /// Seed of all random numbers; equal seeds give equal pictures on one driver
+    /// Seed of all random numbers; equal seeds give equal pictures on the same device and driver
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     pub seed: u32,
-    /// Maximum number of scattering events; 0 = emission only, 1 = direct light
+    /// Maximum number of scattering events of a path; 0 shows only emitted light, 1 also direct light, 2 also light that is
+    /// scattered twice
     #[arg(long, default_value_t = 5, allow_negative_numbers = true)]
     pub bounces: u32,
-    /// Draw rays over the whole pixel (box filter) instead of through its centre
+    /// Send the camera's rays through random points of each pixel (box filter), not through its centre
     #[arg(long)]
     pub jitter: bool,
-    /// The camera of the scene to render with, by name or index; without it, the first one
+    /// The camera of the scene to render with, by its name or its index from 0; without it, the first one
     #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
     pub camera: Option<String>,
-    /// A user-defined camera: eye, target and optionally the vertical field of view in degrees
+    /// A camera to use instead of the scene's: eye and target in scene units, and optionally the vertical field of view in
+    /// degrees [default: 45]
     #[arg(
         long,
         value_name = "EX,EY,EZ,TX,TY,TZ[,DEGREES]",
         allow_hyphen_values = true
     )]
     pub look_at: Option<String>,
-    /// Time in seconds at which the scene is shown, or with --fps its first frame
+    /// Time in the scene, in seconds, that the picture shows, or with --fps the time that frame 0 shows
     #[arg(
         long,
         default_value_t = 0.0,
@@ -63,25 +67,26 @@ pub struct SceneArgs {
         value_name = "SECONDS"
     )]
     pub start_time: f64,
-    /// Preset to which the other settings are applied; see 'headwater presets' [default: balanced]
+    /// Preset that supplies all settings which --config and --set do not change; see 'headwater presets' [default: balanced]
     #[arg(long)]
     pub preset: Option<String>,
-    /// Settings from a TOML file, which override the preset
+    /// TOML file of settings, which override those of the preset
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// One setting, which overrides the preset and the file; repeatable
+    /// One setting, which overrides the preset and --config; may be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Options that choose the tracer and the access of shaders to the scene
+    /// Options that choose the method that traces rays, and how shaders access the scene
     #[command(flatten)]
     pub variant: VariantArgs,
-    /// The Vulkan device, by its name, a part of its name, or its index in 'headwater info'
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
-    /// Further channels of EXR files, such as albedo and depth, separated by commas
+    /// Further channels of EXR files beside the picture, such as albedo and depth, separated by commas
     #[arg(long, value_delimiter = ',', value_enum)]
     pub aov: Vec<Aov>,
-    /// Exposure of PNG files, in stops: radiance is multiplied by 2 to this power
+    /// Exposure of PNG files and of the pictures that --capture presents, in stops: radiance is multiplied by 2 to this
+    /// power; EXR files are not affected
     #[arg(
         long,
         default_value_t = 0.0,
@@ -89,32 +94,36 @@ pub struct SceneArgs {
         value_name = "EV"
     )]
     pub exposure: f32,
-    /// Write the choices, the settings and the times of the run as JSON
+    /// Write a report of the run as JSON: the device, the tracer and other choices with their reasons, the settings, and the
+    /// times of the passes
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
 }
 
-/// Additional channels of an EXR file, beside the picture, as `--aov` names them.
+/// Channels (arbitrary output variables) that an EXR file can have beside the picture, as `--aov` names them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Aov {
-    /// The fraction of light, from 0 to 1 per channel, that the visible surface reflects.
+    /// The fraction of light that the visible surface reflects, from 0 to 1 for red, green and blue; 0 where nothing was hit
     Albedo,
-    /// The shading normal of the visible surface, in world space.
+    /// The unit shading normal of the visible surface, in world space, on the side of the camera; 0 where nothing was hit
     Normal,
-    /// Distance from the camera to the visible surface along the ray, in scene units; 0 where nothing was hit.
+    /// Distance from the camera to the visible surface along the ray, in scene units; 0 where nothing was hit
     Depth,
-    /// Index of the visible instance among the instances of the scene; 0xFFFFFFFF where nothing was hit.
+    /// Index of the visible instance among all instances of the scene, from 0; 0xFFFFFFFF where nothing was hit
     Instance,
-    /// Vector in pixels from the visible surface to its position in the previous frame; right and down are positive.
+    /// Vector in the picture, in pixels, from the visible surface point to the position that it had in the previous frame;
+    /// right and down are positive
     Motion,
-    /// The contents of the last frame's reservoirs of direct light.
+    /// The reservoirs of direct light after the last frame, one per pixel: weight, confidence, age, the light, and the pixel
+    /// from which the sample came
     Direct,
-    /// The contents of the last frame's reservoirs of indirect light.
+    /// The reservoirs of indirect light after the last frame, one per pixel, with the same channels as those of direct light
     Indirect,
 }
 
 impl Aov {
-    /// The kind of light, direct or indirect, whose reservoirs these channels show; `None` for channels that show surfaces.
+    /// The kind of light, direct or indirect, whose reservoirs these channels show; `None` for channels that show the
+    /// visible surface.
     pub const fn reservoirs_of(self) -> Option<Lighting> {
         match self {
             Self::Direct => Some(Lighting::Direct),
@@ -125,8 +134,9 @@ impl Aov {
 }
 
 impl SceneArgs {
-    /// The settings from the preset, the file of `--config` and the changes of `--set`, applied in this order. The second
-    /// value lists the dotted keys that the file and `--set` name, for notes on keys without effect.
+    /// The settings of the preset, after the changes by the file of `--config` and then by `--set`. The second value lists
+    /// the dotted keys that the file and `--set` change, such as `direct.mode`, so that the user can be told which of them
+    /// have no effect.
     ///
     /// # Errors
     /// A preset, key or value is unknown, or the file cannot be read or is not TOML.
@@ -149,7 +159,8 @@ impl SceneArgs {
         Ok((settings, changed.into_iter().map(|(key, _)| key).collect()))
     }
 
-    /// Checks the paths of pictures, `outputs`, and of the report before long work begins.
+    /// Checks, before long work begins, that the pictures with the paths `outputs` and the file of `--report` can be
+    /// written, and that none of these files is also another output or an input.
     ///
     /// # Errors
     /// A picture has an unknown format or a file has two purposes (wrong input), or a file cannot be written (failed work).
@@ -162,8 +173,8 @@ impl SceneArgs {
         check_files(pictures.chain(report), self.inputs())
     }
 
-    /// The files that the command reads, each as (role in messages, path): the scene, the environment and the settings.
-    /// Generated scenes and skies are not files and do not appear.
+    /// The files that the command reads, each as (role in messages, path): the scene, the environment and the settings of
+    /// `--config`. Procedural scenes and generated skies are not files and are left out.
     pub fn inputs(&self) -> impl Iterator<Item = (&str, &Path)> {
         let scene = file_of(&self.scene).map(|path| ("the scene", path));
         let environment = self.environment.as_deref().and_then(environment_file_of);
@@ -172,8 +183,8 @@ impl SceneArgs {
         [scene, environment, config].into_iter().flatten()
     }
 
-    /// The time that each frame shows: `--start-time` for frame 0, then `fps` frames per second; without `fps`, all frames
-    /// show the same time.
+    /// The clock of the run, which maps the index of a frame to the time in the scene that the frame shows: `--start-time`
+    /// for frame 0, and 1 / `fps` seconds more for each further frame. Without `fps`, all frames show the same time.
     ///
     /// # Errors
     /// `--start-time` is not finite, or `fps` is not positive and finite.
@@ -186,7 +197,8 @@ impl SceneArgs {
         Ok(clock)
     }
 
-    /// Width and height of the picture in pixels. The aspect ratio of `camera` gives a side that the options do not give.
+    /// Width and height of the picture in pixels, from `--width` and `--height`. A side that is not given is computed from
+    /// the aspect ratio of `camera`; if both are not given, the width is 1280.
     ///
     /// # Errors
     /// A side is 0, the picture has more than 2²⁸ pixels, or `--exposure` is not finite.
@@ -197,8 +209,8 @@ impl SceneArgs {
         size_for(camera, self.width, self.height)
     }
 
-    /// The camera that `--look-at` describes; `None` if the option is not given, and an error if its text describes no
-    /// camera.
+    /// The camera that the value of `--look-at` describes; `None` if the option is not given. Returns an error if the value
+    /// describes no camera.
     pub fn look_at_camera(&self) -> Result<Option<Camera>> {
         self.look_at
             .as_deref()
@@ -207,8 +219,9 @@ impl SceneArgs {
     }
 }
 
-/// The camera that a text describes by six or seven numbers, separated by commas: the coordinates of the eye and of the
-/// target, in scene units, and the vertical field of view in degrees, by default 45. `origin` names the text in messages.
+/// The camera that `text` describes by six or seven numbers, separated by commas: the coordinates of the eye and of the
+/// target, in scene units, and the vertical field of view in degrees, by default 45. Error messages call the text
+/// `origin`, such as `--look-at`.
 ///
 /// # Errors
 /// There are not six or seven finite numbers, eye and target are equal, the field of view is outside (0, 180) degrees, or
@@ -240,8 +253,8 @@ pub fn parse_look_at(origin: &str, text: &str) -> Result<Camera> {
     Ok(camera)
 }
 
-/// Width and height of a picture in pixels. A missing side follows from the camera's aspect ratio, which is 16:9 unless the
-/// camera has one; if both are missing, the width is 1280.
+/// Width and height of a picture in pixels. A side that is `None` is computed from the aspect ratio of `camera`, or 16:9
+/// if the camera has none. If both are `None`, the width is 1280.
 ///
 /// # Errors
 /// A side is 0, or the picture has more than 2²⁸ pixels.
@@ -268,8 +281,9 @@ pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Res
     Ok((width, height))
 }
 
-/// Checks, before work begins, that each file in `written` can be written, and that none of them is the same file as another
-/// one in `written` or in `read`. Entries are (role in messages, path).
+/// Checks, before work begins, that each file in `written` can be written, and that it is not the same file as another
+/// one in `written` or in `read`. Each entry is (role in messages, path); the role is an option, such as `--output`, or a
+/// phrase, such as "the scene".
 ///
 /// # Errors
 /// A file has two roles (wrong input), or a file cannot be written (failed work).
@@ -286,8 +300,8 @@ pub fn check_files<'a>(
         .try_for_each(|(_, path)| check_writable(path))
 }
 
-/// Checks that none of the first `written` entries of `files` is the same file as another entry, which would be overwritten.
-/// Entries are (role in messages, path).
+/// Checks that none of the first `written` entries of `files`, which will be written, is the same file as another entry,
+/// which would then be overwritten. Each entry is (role in messages, path).
 fn check_distinct(files: &[(&str, &Path)], written: usize) -> Result<()> {
     for (i, (what, path)) in files.iter().enumerate() {
         let before = files[..i.min(written)].iter();

@@ -1,5 +1,5 @@
-//! `--capture`: the loop over frames for a capture tool, RenderDoc or GFXReconstruct. Each frame ends with a presented
-//! picture.
+//! `--capture`: the loop over frames for a capture tool, RenderDoc or GFXReconstruct. Each frame is presented to a
+//! swapchain without a window, because the tools see the end of a frame there.
 
 use super::interrupt::Interrupt;
 use super::progress::Progress;
@@ -11,7 +11,8 @@ use crate::{Error, Result};
 use std::path::Path;
 use std::str::FromStr;
 
-/// The range of frames that a tool captures. Both ends are included and counted from 0.
+/// The range of frames that a tool captures, parsed from a text such as `2..4`. Both ends are included and counted from
+/// 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameRange {
     first: u32,
@@ -33,7 +34,7 @@ impl FromStr for FrameRange {
 }
 
 impl FrameRange {
-    /// Checks that every frame of the range is among the `frames` frames that are rendered; `frames` is at least 1.
+    /// Checks that every frame of the range is rendered. `frames` is the number of rendered frames, at least 1.
     ///
     /// # Errors
     /// The range ends after the last rendered frame.
@@ -56,10 +57,10 @@ impl FrameRange {
 
 /// The capture tool that is loaded into this process.
 enum Tool {
-    /// RenderDoc. Its interface is called at the beginning and at the end of each captured frame.
+    /// RenderDoc. The program calls its interface at the beginning and at the end of each captured frame.
     RenderDoc(renderdoc::Watcher),
-    /// A Vulkan layer that records all calls, such as that of GFXReconstruct. It finds the end of a frame by the presented
-    /// picture.
+    /// A Vulkan layer that records all calls of the program, such as that of GFXReconstruct. It recognises the end of a
+    /// frame by the presented picture.
     Layer,
 }
 
@@ -72,7 +73,7 @@ struct Capture<'a> {
 }
 
 impl<'a> Capture<'a> {
-    /// Finds the loaded capture tool, and prepares the presentation of pictures.
+    /// Finds out which capture tool is loaded, and prepares the presentation of pictures.
     ///
     /// # Errors
     /// No tool is loaded, the tool needs presented pictures and the device cannot present them, or the device fails.
@@ -113,8 +114,8 @@ impl<'a> Capture<'a> {
         })
     }
 
-    /// Renders frame `index`, counted from 0, and presents its picture. If the frame is captured and the plan has a folder,
-    /// writes the picture there.
+    /// Renders frame `index`, counted from 0, and presents its picture. If the tool captures this frame and the plan names a
+    /// folder, also writes the picture to a PNG file in the folder.
     ///
     /// # Errors
     /// The device or the tool fails, the scene cannot be rendered at the time of the frame, or the picture cannot be
@@ -167,18 +168,19 @@ impl<'a> Capture<'a> {
     }
 }
 
-/// The frames that are rendered for a capture tool, and the form of their pictures.
+/// A run for a capture tool: the frames that are rendered and captured, and what becomes of their pictures.
 pub struct CapturePlan<'a> {
     /// The frames that the tool captures. Frames outside of this range are rendered and presented too.
     pub range: FrameRange,
-    /// Number of rendered frames; their indices begin with 0.
+    /// The number of frames that are rendered; their indices begin with 0.
     pub frames: u32,
-    /// True if all frames are added to the renderer's sums of radiance; false if each frame is rendered alone, so that only
-    /// the last one remains.
+    /// True: the radiance of every frame is added to the renderer's sums. False: each frame is rendered alone, and the sums
+    /// hold the last one at the end.
     pub accumulate: bool,
     /// Exposure of the presented pictures, in stops: radiance is multiplied by 2^`exposure`.
     pub exposure: f32,
-    /// The folder that gets the presented pictures of captured frames as PNG files; `None` writes none.
+    /// The path of an existing folder to which the presented picture of each captured frame is written as a PNG file; with
+    /// `None`, none is written.
     pub folder: Option<&'a Path>,
 }
 
@@ -213,16 +215,17 @@ mod renderdoc {
     use renderdoc::{RenderDoc, V120};
     use std::path::PathBuf;
 
-    /// RenderDoc's interface in this process, through which captures begin and end.
+    /// RenderDoc's interface in this process. It starts and ends captures of frames.
     pub struct Watcher {
         renderdoc: RenderDoc<V120>,
-        /// The number of captures that existed when the last capture began. A larger number after its end shows that it
-        /// succeeded.
+        /// The number of captures that RenderDoc had made when [`Self::begin`] was last called. If the number is larger at
+        /// [`Self::end`], the capture has succeeded.
         before: u32,
     }
 
     impl Watcher {
-        /// RenderDoc's interface; `None` if neither a layer nor the loader has loaded RenderDoc into this process.
+        /// RenderDoc's interface; `None` if RenderDoc is not loaded into this process, neither as a Vulkan layer nor by the
+        /// system's loader.
         pub fn find() -> Option<Self> {
             RenderDoc::new().ok().map(|renderdoc| Self {
                 renderdoc,
@@ -230,14 +233,14 @@ mod renderdoc {
             })
         }
 
-        /// Starts the capture of a frame on the only device.
+        /// Starts the capture of a frame on the process's only Vulkan device.
         pub fn begin(&mut self) {
             self.before = self.renderdoc.get_num_captures();
             // Null pointers stand for the only device and any window.
             (self.renderdoc).start_frame_capture(std::ptr::null(), std::ptr::null());
         }
 
-        /// Ends the capture and returns the path of its file.
+        /// Ends the capture of the frame and returns the path of the capture file.
         ///
         /// # Errors
         /// RenderDoc has captured nothing.
@@ -258,8 +261,8 @@ mod renderdoc {
     use crate::Result;
     use std::path::PathBuf;
 
-    /// Stands for RenderDoc's interface on systems that RenderDoc does not support. The type has no values, because the tool
-    /// is never found there.
+    /// Takes the place of RenderDoc's interface on systems that RenderDoc does not support. The type has no values, because
+    /// RenderDoc is never found there.
     pub enum Watcher {}
 
     impl Watcher {

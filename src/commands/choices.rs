@@ -1,24 +1,24 @@
-//! Options for loading a scene, and options that choose how rays are traced and how shaders access the scene. Where the user
-//! chooses nothing, the program chooses by its rules.
+//! Options for loading a scene, and options that choose how rays are traced and how shaders access the scene. What the
+//! user does not choose, the program chooses by the features of the device and the size of the scene.
 
 use crate::device_scene::selection::Request;
 use crate::scene_files::Options;
 use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 
-/// Permissions for loading a scene: without missing image files, and with files outside of its folder. By default both are
-/// refused.
+/// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder. By
+/// default both are errors.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LoadArgs {
-    /// Render even if image files of textures are missing, without these textures
+    /// Load the scene even if image files of textures are missing; its materials then do without these textures
     #[arg(long)]
     pub allow_missing: bool,
-    /// Also open files outside of the scene's folder if the scene names them: buffers, textures and MTL files
+    /// Also open buffers, textures and MTL files outside of the scene's folder if the scene names them
     #[arg(long)]
     pub allow_outside: bool,
 }
 
 impl LoadArgs {
-    /// The options of the scene loader with the values of these arguments.
+    /// Converts these arguments to the options of the scene loader.
     pub const fn options(self) -> Options {
         Options {
             allow_missing: self.allow_missing,
@@ -33,14 +33,14 @@ pub enum TracerArg {
     /// The program chooses by the features of the device
     #[default]
     Auto,
-    /// Ray query through the driver's acceleration structures
+    /// Vulkan ray queries, in acceleration structures that the driver builds
     RayQuery,
-    /// A BVH that compute shaders traverse; every device has it
+    /// A bounding volume hierarchy (BVH) that the program builds and compute shaders traverse; it works on every device
     ComputeBvh,
 }
 
 impl TracerArg {
-    /// The tracer that the option names; `None` if the program chooses by its rules.
+    /// The tracer that the option names; `None` if the program is to choose one by the features of the device.
     pub const fn tracer(self) -> Option<Tracer> {
         match self {
             Self::Auto => None,
@@ -50,38 +50,39 @@ impl TracerArg {
     }
 }
 
-/// The access of shaders to the buffers of the scene and of world reservoirs (light samples that are kept for cells of
-/// space), as `--geometry` names it.
+/// How shaders access the buffers of the scene, and the buffers of world reservoirs (light samples that are stored for
+/// cells of space), as `--geometry` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
     /// The program chooses by the features of the device and the size of the scene
     #[default]
     Auto,
-    /// Shaders access the scene's buffers through storage buffer bindings, which capture tools show and replay
+    /// Shaders access the scene's buffers through storage buffer bindings, whose contents capture tools show and replay
     StorageBuffers,
-    /// Shaders access the scene's buffers by buffer device address, without the size limit of a binding
+    /// Shaders access the scene's buffers by buffer device address, so that no size limit of a binding applies
     BufferAddresses,
 }
 
-/// The access of shaders to the texels of textures, as `--textures` names it.
+/// How shaders read the texels of textures, as `--textures` names it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesArg {
-    /// The program chooses by the features of the device
+    /// The program chooses by the features of the device and the textures of the scene
     #[default]
     Auto,
-    /// Sampled images, one per texture, by descriptor indexing
+    /// Sampled images, which shaders select by descriptor indexing
     Images,
-    /// One storage buffer with the texels of all textures
+    /// One storage buffer that contains the texels of all textures
     Buffer,
 }
 
-/// Options that choose the variant of the shaders; by default, the program chooses by its rules.
+/// Options that choose the variant of the shaders: the tracer, and the access to buffers and textures. Without them, the
+/// program chooses by the features of the device and the size of the scene.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct VariantArgs {
     /// The method that traces rays
     #[arg(long, value_enum, default_value_t)]
     pub tracer: TracerArg,
-    /// How shaders access the buffers of the scene and of world reservoirs
+    /// How shaders access the buffers of the scene, and those of world reservoirs (light samples stored for cells of space)
     #[arg(long, value_enum, default_value_t)]
     pub geometry: GeometryArg,
     /// How shaders read the texels of textures
@@ -90,8 +91,9 @@ pub struct VariantArgs {
 }
 
 impl VariantArgs {
-    /// These arguments as a request for a variant of the shaders; `None` in the request leaves a choice to the program's
-    /// rules. `captured` is false: a session for a capture tool sets it itself.
+    /// These arguments as a request for a variant of the shaders. A choice that is `None` in the request is left to the
+    /// program. The field `captured`, true if a capture tool records the run, is false here; the session for the tool sets
+    /// it.
     pub const fn request(&self) -> Request {
         Request {
             tracer: self.tracer.tracer(),

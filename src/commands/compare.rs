@@ -1,4 +1,4 @@
-//! `compare`: prints the errors of a picture against a reference, and checks limits for them.
+//! `compare`: prints the errors of a picture against a reference picture, and checks them against limits.
 
 use super::arguments::check_files;
 use super::{notice, print};
@@ -15,16 +15,16 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// The picture to examine: .exr or .png
     picture: PathBuf,
-    /// The reference picture, of the same size
+    /// The reference picture, .exr or .png, of the same size as the picture
     reference: PathBuf,
-    /// Print one JSON object; values that are not finite, such as a ratio to black, are null
+    /// Print the errors as one JSON object instead of text; values that are not finite, such as a ratio to black, are null
     #[arg(long)]
     json: bool,
-    /// Write the difference: as .png the FLIP error of each pixel in the colour map magma (black is no error, then violet,
-    /// orange, and pale yellow at 1), as .exr the picture minus the reference
+    /// Write the difference of the pictures: to a .png, the FLIP error of each pixel in the colour map magma (black is no
+    /// error, then violet, orange, and pale yellow at 1); to an .exr, the picture minus the reference
     #[arg(long, value_name = "FILE.png|FILE.exr")]
     diff: Option<PathBuf>,
-    /// Exposure of both pictures for FLIP, in stops
+    /// Exposure of both pictures for FLIP, in stops: radiance is multiplied by 2 to this power
     #[arg(
         long,
         default_value_t = 0.0,
@@ -32,24 +32,25 @@ pub struct Args {
         value_name = "EV"
     )]
     exposure: f32,
-    /// Fail above this root mean square error
+    /// Fail if the root mean square error is above this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_rmse: Option<f64>,
-    /// Fail above this relative mean square error
+    /// Fail if the relative mean square error is above this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_relmse: Option<f64>,
-    /// Fail above this mean FLIP error
+    /// Fail if the mean FLIP error of the pixels is above this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_flip: Option<f64>,
-    /// Fail if the ratio of the means differs from 1 by more than this
+    /// Fail if the mean of the picture divided by the mean of the reference differs from 1 by more than this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_mean_deviation: Option<f64>,
-    /// Fail unless both have equal channels with equal bits; metadata may differ
+    /// Fail unless both pictures have the same channels with the same bits; metadata may differ
     #[arg(long)]
     exact: bool,
 }
 
-/// Compares the two pictures, prints their errors, writes the difference, and checks the limits.
+/// Compares the two pictures of the arguments: prints the errors, writes the file of `--diff`, and checks the limits that
+/// are given.
 ///
 /// # Errors
 /// An argument is wrong or the pictures cannot be compared (wrong input); the difference cannot be written, or an error
@@ -141,7 +142,8 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Prints a note if one file is PNG and the other EXR: the pictures then differ although nothing is wrong.
+/// Prints a note if one file is PNG and the other EXR. Such pictures differ although nothing is wrong, because PNG has 8
+/// bits and may be tone-mapped, and EXR is linear.
 fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     let (png, exr) = match (Format::of(picture)?, Format::of(reference)?) {
         (Format::Png, Format::Exr) => (picture, reference),
@@ -156,7 +158,7 @@ fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Checks the limits, the exposure and the file of `--diff`, before any file is read.
+/// Checks the values of the limits, the exposure, and the path of `--diff`, before a picture is read.
 fn check(args: &Args) -> Result<()> {
     for (name, limit) in [
         ("max-rmse", args.max_rmse),
@@ -184,7 +186,8 @@ fn check(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Writes the picture minus the reference as linear channels `R`, `G`, `B` of an EXR file.
+/// Writes, for each pixel, the picture's value minus the reference's value to the EXR file at `path`, as linear channels
+/// `R`, `G` and `B`.
 fn write_difference(
     path: &Path,
     (width, height): (u32, u32),
@@ -199,8 +202,8 @@ fn write_difference(
     image.write(path, 0.0)
 }
 
-/// The text of a number: six decimals for 0 and for magnitudes from 0.001 to below a million, otherwise scientific notation
-/// with six significant digits.
+/// Formats a number for the table of errors: with six decimals if it is 0 or its magnitude is from 0.001 to below a
+/// million, otherwise in scientific notation with six significant digits.
 fn figures(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
         format!("{value:.6}")
@@ -212,8 +215,8 @@ fn figures(value: f64) -> String {
 /// A picture: (width, height) in pixels, and one RGB value per pixel, row by row from the top.
 type Picture = ((u32, u32), Vec<[f32; 3]>);
 
-/// The size and the pixels of the image from `path`; an error if any value is not finite. Prints a note if the picture is
-/// grey or comes from a layer.
+/// The size and the RGB values of `image`, which was read from `path`. Returns an error if a value is not finite. Prints
+/// a note if the picture is grey, or comes from a layer of the EXR file.
 fn finite_pixels(path: &Path, image: &Image) -> Result<Picture> {
     let colors = image.colors().map_err(|e| Error::reading(path, e))?;
     let kind = if colors.is_grey { "grey " } else { "" };

@@ -1,4 +1,4 @@
-//! Notes on stderr about arguments that have no effect in combination with the others, one line each.
+//! Prints notes on stderr, one line each, about arguments that have no effect in combination with the other arguments.
 
 use super::arguments::SceneArgs;
 use super::notice;
@@ -12,7 +12,7 @@ use crate::shader_interface::{HashGrid, WorldReservoirs};
 use std::path::PathBuf;
 
 /// Keys of the settings that affect path tracing, or groups of keys: `environment` stands for all keys that begin with
-/// `environment.`. All other settings have no effect on the command `reference`.
+/// `environment.`. All other settings have no effect on the command `reference`, and a note says so.
 const OF_PATH_TRACING: [&str; 6] = [
     "heuristic",
     "energy",
@@ -22,8 +22,8 @@ const OF_PATH_TRACING: [&str; 6] = [
     "variant",
 ];
 
-/// Keys of the settings of indirect light that also affect paths without resampling (`indirect.mode=path`), so that no note
-/// calls them ignored.
+/// Keys of the settings of indirect light that have an effect even with `indirect.mode=path`, where indirect light is
+/// traced without resampling. No note calls them ignored.
 const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.mode",
     "indirect.secondary",
@@ -32,8 +32,8 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
 ];
 
 /// Prints notes on arguments without effect, for every command that renders a scene. `changed` lists the dotted keys that
-/// --config and --set name, `outputs` the picture files. `presents` is true if frames are presented for a capture tool, so
-/// that --exposure has an effect without a PNG file too.
+/// --config and --set name, and `outputs` lists the paths of the pictures. `presents` is true if frames are presented for
+/// a capture tool; then --exposure has an effect even without a PNG file.
 pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf], presents: bool) {
     if args.environment.is_none() {
         note_ignored("there is no --environment", changed, |key| {
@@ -70,8 +70,8 @@ pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf],
     }
 }
 
-/// Prints notes on settings without effect on `render` and `profile`. `changed` lists the dotted keys that --config and
-/// --set name; `bounces` is the maximum number of scattering events.
+/// Prints notes on settings that have no effect on the commands `render` and `profile`. `changed` lists the dotted keys
+/// that --config and --set name; `bounces` is the maximum number of scattering events of a path.
 pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.integrator == Integrator::PathTracing {
         note_ignored(
@@ -140,8 +140,8 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
 }
 
 /// Prints notes on settings of the light BVH and of the hash grid that have no effect because of another setting, and on
-/// `indirect.candidates=hash-grid`. `changed` lists the dotted keys that --config and --set name; `bounces` is the maximum
-/// number of scattering events.
+/// `indirect.candidates=hash-grid`, which the grid does not support. `changed` lists the dotted keys that --config and
+/// --set name; `bounces` is the maximum number of scattering events of a path.
 fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.has_candidates(Candidates::LightBvh, bounces) {
         if settings.light_bvh.far == Far::Joined {
@@ -181,8 +181,8 @@ fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u3
     }
 }
 
-/// Prints notes on the preset and on settings without effect on `reference`, which path traces. `changed` lists the dotted
-/// keys that --config and --set name.
+/// Prints notes on a preset and on settings that have no effect on the command `reference`, because it path traces.
+/// `changed` lists the dotted keys that --config and --set name.
 pub fn note_for_reference(args: &SceneArgs, changed: &[String]) {
     if let Some(preset) = args.preset.as_deref().filter(|p| *p != "path-tracing") {
         notice(&format!(
@@ -199,8 +199,8 @@ fn is_of_path_tracing(key: &str) -> bool {
     OF_PATH_TRACING.contains(&key) || OF_PATH_TRACING.contains(&group(key))
 }
 
-/// Prints one line about those of the `changed` keys for which `is_ignored` is true, if there are any. `why` begins the
-/// line.
+/// Prints one line that names all `changed` keys for which `is_ignored` is true; if there is no such key, prints nothing.
+/// The line begins with `why`, the reason, such as "there is no --environment".
 fn note_ignored(why: &str, changed: &[String], is_ignored: impl Fn(&str) -> bool) {
     let ignored: Vec<&str> = (changed.iter().map(String::as_str))
         .filter(|key| is_ignored(key))
@@ -212,7 +212,7 @@ fn note_ignored(why: &str, changed: &[String], is_ignored: impl Fn(&str) -> bool
     }
 }
 
-/// The part of a dotted key before its first dot; the whole key if it has no dot.
+/// The part of a dotted key before its first dot, such as `direct` of `direct.mode`; the whole key if it has no dot.
 fn group(key: &str) -> &str {
     key.split('.').next().unwrap_or(key)
 }

@@ -1,5 +1,6 @@
-//! `info`: lists the devices, and the variant of the shaders that each would use for a scene with textures. The scene is
-//! assumed to be small enough for the device's storage buffer bindings.
+//! `info`: lists the Vulkan devices, and the variant of the shaders (tracer, and access to buffers and textures) that
+//! each device would use. The variant is that for a scene with textures whose buffers fit into the device's storage
+//! buffer bindings.
 
 use super::{check_messages, open_vulkan, print};
 use crate::Result;
@@ -12,15 +13,16 @@ use serde_json::json;
 /// The command-line arguments of `headwater info`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Print the result as one JSON object instead of text
+    /// Print the devices as one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// The device that would be used, by name, part of a name, or index
+    /// Mark the device that other commands would choose with this option: its name, a part of its name, or its index in this
+    /// list
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
 }
 
-/// Prints the devices with their features, and the one that would be used, as text or JSON.
+/// Prints the devices with their features, and the device that other commands would choose, as text or JSON.
 ///
 /// # Errors
 /// Vulkan is not installed, there is no usable device, no device has the name or index of `--device`, or the validation

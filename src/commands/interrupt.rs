@@ -1,4 +1,4 @@
-//! SIGINT and SIGTERM as a flag that long work checks between its steps.
+//! Catches SIGINT and SIGTERM. They set a flag, which long work checks between its steps.
 
 use crate::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -7,17 +7,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::time::{Duration, Instant};
 
-/// The time after the first signal within which further signals count as one request: `timeout` sends one to its child and
-/// one to the child's process group, and a terminal's Ctrl-C may reach a process twice.
+/// The time after the first signal during which further signals are ignored, because they belong to the same request: the
+/// command `timeout` sends one signal to its child and another to the child's process group, and a terminal's Ctrl-C may
+/// reach a process twice.
 const SAME_REQUEST: Duration = Duration::from_secs(1);
 
-/// Watches for SIGINT and SIGTERM from its creation on. Work checks it between its steps, so that it can save results before
-/// it ends.
+/// Watches for SIGINT and SIGTERM from the creation of this value on. Long work asks it between its steps, so that the
+/// work can save results before it ends.
 pub struct Interrupt(Arc<AtomicI32>);
 
 impl Interrupt {
-    /// Starts to watch for SIGINT and SIGTERM. The first signal is kept for [`Self::pending`]; a signal that comes more than
-    /// a second after it ends the process at once.
+    /// Starts to watch for SIGINT and SIGTERM. The first signal only sets the number that [`Self::pending`] returns. A
+    /// signal that comes more than a second after the first one ends the process at once.
     ///
     /// # Errors
     /// The system refuses a handler or a thread.
@@ -51,8 +52,8 @@ impl Interrupt {
         }
     }
 
-    /// Returns an error, which ends the work, if a signal was received. `kept` describes the results that are kept, for the
-    /// message.
+    /// Returns an error if a signal was received, so that the work ends. `kept` is a clause for the message about the
+    /// results that were saved, such as [`NOTHING_WRITTEN`](super::NOTHING_WRITTEN).
     ///
     /// # Errors
     /// A signal was received.

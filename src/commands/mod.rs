@@ -1,4 +1,4 @@
-//! The command line: one file per command.
+//! The command line of the program: one file per command, and the functions that the commands share.
 
 pub mod arguments;
 pub mod capture;
@@ -40,7 +40,8 @@ use std::sync::Arc;
 #[derive(Parser)]
 #[command(name = "headwater", version, about, max_term_width = 100)]
 struct Cli {
-    /// Print the choices and their reasons: the device, the requirements of the scene, the passes
+    /// Print choices and their reasons on stderr: the device, the tracer, the requirements of the scene, the times of the
+    /// passes
     #[arg(short, long, global = true)]
     verbose: bool,
     #[command(subcommand)]
@@ -49,30 +50,30 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Devices, their features, and the tracer that each would use, with the reason.
+    /// List the devices, their features, and the tracer that each would use, with the reason.
     Info(info::Args),
-    /// Procedural scenes, and the contents of a file.
+    /// List or generate procedural scenes, or print the contents of a scene.
     #[command(subcommand)]
     Scene(scene::Command),
-    /// Render frames; write the last frame, or the mean of all.
+    /// Render frames of a scene; write the last frame, or the mean of all.
     Render(Box<render::Args>),
-    /// MIS path tracing with its standard error, as a reference.
+    /// Render a reference by path tracing with multiple importance sampling (MIS), with the standard error of each pixel.
     Reference(Box<reference::Args>),
-    /// Compare a picture with a reference, with checks.
+    /// Compare a picture with a reference: print the errors, and check them against limits.
     Compare(compare::Args),
-    /// Profile each pass of a frame: time, counts and memory traffic.
+    /// Measure each pass of a frame: its time, the numbers of rays and other work, and its memory traffic.
     Profile(Box<profile::Args>),
-    /// Registers, memory and occupancy of each pass, as the driver's compiler reports them; nothing runs.
+    /// Print registers, memory and occupancy of each pass, as the driver's compiler reports them; no shader runs.
     Statistics(statistics::Args),
-    /// Golden frames of a driver: render, compare, report the differences.
+    /// Compare pictures and hashes of this driver with golden frames (stored results), or make golden frames.
     Regress(regress::Args),
-    /// The presets, and every setting with its doc.
+    /// Print the presets, and every setting with its value, its range and its description.
     Presets(presets::Args),
-    /// Configurations × scenes × seeds × frames against references, with a test for bias.
+    /// Render configurations × scenes × seeds × frames, compare them with references, and test them for bias.
     Study(study::Args),
-    /// Completions of commands and options, for a shell.
+    /// Print the script with which a shell completes commands and options.
     Completions(shell::CompletionsArgs),
-    /// Manual pages of all commands.
+    /// Write the manual pages of all commands.
     Man(shell::ManArgs),
 }
 
@@ -99,7 +100,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// The definition of all commands and options, from which the parser, the completions and the manual pages are made.
+/// The definition of all commands and options. The parser, the shell completions and the manual pages are made from it.
 fn command_line() -> clap::Command {
     Cli::command().mut_subcommand("reference", reference::shown)
 }
@@ -121,8 +122,9 @@ fn run(command: Command) -> Result<()> {
     }
 }
 
-/// Handles a parse that gave no command, and returns the exit status: help and version go to stdout with status 0, an error
-/// becomes one line on stderr with status 2.
+/// Handles arguments from which the parser made no command, and returns the exit status. Help, the version and, if no
+/// command is given, the list of commands are printed on stdout, with status 0. An error is printed as one line on
+/// stderr, with status 2.
 fn wrong_arguments(error: &clap::Error) -> ExitCode {
     // Without a command, the list of commands is what is wanted, not an error.
     let no_command = ArgumentError::DisplayHelpOnMissingArgumentOrSubcommand;
@@ -152,8 +154,9 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// The argument to suggest for an unknown one, such as `--spp` for `--samples` of `reference`; `None` if there is no
-/// suggestion. The unknown arguments are those that other renderers, or other commands, have for the same function.
+/// The arguments to suggest for an unknown one, such as `--spp` for `--samples` of the command `reference`; `None` if
+/// there is no suggestion. Suggestions exist for arguments that other renderers, or other commands, have for the same
+/// function.
 fn other_name(error: &clap::Error) -> Option<&'static str> {
     if error.kind() != ArgumentError::UnknownArgument {
         return None;
@@ -172,8 +175,9 @@ fn other_name(error: &clap::Error) -> Option<&'static str> {
     }
 }
 
-/// Prints `text` and a line break on stdout. Control characters other than line breaks are escaped. A caller makes a name
-/// from a file `printable` first, so that the name stays on one line. Unlike `println!`, it does not panic if stdout fails.
+/// Prints `text` and a line break on stdout. Control characters other than line breaks are escaped. A caller passes a
+/// name from a file through `printable` first, so that the name stays on one line. Unlike `println!`, this function does
+/// not panic if stdout fails.
 ///
 /// # Errors
 /// Stdout rejects the text, for example because the disk is full. A reader that has closed its pipe needs no more text,
@@ -198,7 +202,8 @@ pub fn print_part(text: impl std::fmt::Display) -> Result<()> {
     }
 }
 
-/// Generates the procedural scene with this name, or loads the file at this path and shows the progress.
+/// Generates the procedural scene with the name `name`, or loads the file at the path `name` and shows the progress on
+/// stderr.
 ///
 /// # Errors
 /// The name is neither a procedural scene nor a readable file, or a signal was received.
@@ -222,11 +227,11 @@ pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result
     })
 }
 
-/// The description of the kept results in [`Error::Interrupted`], for work that has not saved any result yet.
+/// The clause about saved results in [`Error::Interrupted`], for work that has not saved any result yet.
 pub const NOTHING_WRITTEN: &str = "nothing was written";
 
-/// Loads Vulkan and makes an instance with `options`. The environment variable `HEADWATER_VALIDATION` adds the validation
-/// layers.
+/// Loads Vulkan and makes an instance with `options`. If the environment variable `HEADWATER_VALIDATION` is set, and not
+/// to `0`, the instance also has the validation layers.
 ///
 /// # Errors
 /// Vulkan is not installed or makes no instance, or validation layers are requested and not installed.
@@ -238,7 +243,7 @@ pub fn open_vulkan(options: InstanceOptions) -> Result<Arc<Instance>> {
     })
 }
 
-/// Checks that the validation layers have sent no `messages`.
+/// Checks that `messages`, the messages of the Vulkan validation layers, is empty.
 ///
 /// # Errors
 /// There are messages; the error contains their number and the first one.
@@ -252,9 +257,9 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
     }
 }
 
-/// Replaces a moving scene by its pose at the start time if the clock is stopped, so that all frames show one time. Prints a
-/// notice if a time is set although nothing in the scene moves. The notice begins with `whose`: empty, or the name of the
-/// scene and a colon.
+/// If the clock is stopped, so that all frames show its start time, replaces a moving scene by its state at that time,
+/// which then never moves. Prints a notice if a time is set although nothing in the scene moves. The notice begins with
+/// `whose`: empty, or the name of the scene, a colon and a space.
 ///
 /// # Errors
 /// The errors of [`Clock::freeze_if_stopped`].
@@ -267,16 +272,17 @@ pub fn apply_clock(clock: &Clock, scene: &mut Scene, whose: &str) -> Result<()> 
     clock.freeze_if_stopped(scene)
 }
 
-/// Prints one line on stderr, beginning with `note:`, about an assumption or an omission of the program.
+/// Prints one line on stderr, beginning with `headwater: note:`, about an assumption or an omission of the program.
 pub fn notice(text: &str) {
     say(format_args!("note: {text}"));
 }
 
-/// The maximum number of characters of a message on stderr. A longer message loses its middle, because a value from a file
-/// can have any length.
+/// The maximum number of characters of a message on stderr, because a value from a file, which the message quotes, can
+/// have any length. An ellipsis replaces the middle of a longer message.
 const MESSAGE_CHARACTERS: usize = 500;
 
-/// A message as one line that begins with the program's name, with at most [`MESSAGE_CHARACTERS`] characters.
+/// Makes a message of one line from `text`: the program's name, a colon and the text, with control characters escaped,
+/// cut to at most [`MESSAGE_CHARACTERS`] characters.
 fn line(text: impl std::fmt::Display) -> String {
     shortened(
         &printable(&format!("headwater: {text}")),
@@ -284,7 +290,8 @@ fn line(text: impl std::fmt::Display) -> String {
     )
 }
 
-/// Prints `text` as one line on stderr. If stderr cannot be written, the work continues, where `eprintln!` would panic.
+/// Prints `text` as one line on stderr, after the program's name. If stderr cannot be written, the line is lost and the
+/// work continues, where `eprintln!` would panic.
 fn say(text: impl std::fmt::Display) {
     let line = line(text);
     let _ = writeln!(std::io::stderr().lock(), "{line}");

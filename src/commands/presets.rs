@@ -10,14 +10,15 @@ use serde_json::json;
 /// The command-line arguments of `headwater presets`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The preset to show; without it, all presets and all settings
+    /// The preset to show, with the values of all settings in it; without it, all presets, and all settings with their
+    /// defaults
     name: Option<String>,
-    /// Print the result as one JSON object instead of text
+    /// Print the presets and settings as one JSON object instead of text
     #[arg(long)]
     json: bool,
 }
 
-/// Prints one preset or all of them, and all settings, as text or JSON.
+/// Prints one preset or all of them, and then every setting, as text or JSON.
 ///
 /// # Errors
 /// The preset is unknown, or stdout rejects the text.

@@ -1,4 +1,4 @@
-//! `profile`: the time, the counts and the memory traffic of each pass of a frame.
+//! `profile`: measures each pass of a frame: its time, the numbers of rays and other work, and its memory traffic.
 
 use super::arguments::{SceneArgs, check_files};
 use super::interrupt::Interrupt;
@@ -21,29 +21,32 @@ pub struct Args {
     /// Number of frames that are timed, after the warm-up
     #[arg(long, default_value_t = 16, allow_negative_numbers = true)]
     frames: u32,
-    /// Number of frames before the timed ones, which compile the shaders and fill the history
+    /// Number of frames before the timed ones; they compile the shaders, and fill the history that later frames reuse
     #[arg(long, default_value_t = 3, allow_negative_numbers = true)]
     warm_up: u32,
-    /// Maximum number of frames that the host is ahead of the device. With more than 1 the device has no gaps while the host
-    /// records, and the time from submission to fence is not measured; no bit of a picture changes
+    /// Maximum number of frames that are submitted but not finished. With 1, the host waits for each frame. With more, the
+    /// device has no gaps while the host records, and the time from submission to fence is not measured; no bit of a picture
+    /// changes
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     in_flight: u32,
-    /// Number of frames per second; without it all frames show --start-time
+    /// Number of frames per second of the scene's time; without it, all frames show the scene at --start-time
     #[arg(long, allow_hyphen_values = true)]
     fps: Option<f64>,
-    /// Print the result as one JSON object instead of text
+    /// Print the profile as one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Write the profile as JSON, with which --against compares later profiles
+    /// Write the profile as JSON to this file; a later run can read it with --against
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
-    /// Write the time line of all passes as JSON, which Perfetto and chrome://tracing show
+    /// Write the time line of all passes of all frames as JSON, which Perfetto and chrome://tracing show
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
-    /// An earlier profile of the same scene: print both, and fail if this one is worse than the limits allow
+    /// An earlier profile of the same scene, camera, size and device: also print the differences, and fail if this profile
+    /// is worse than --max-slowdown or --max-growth allows
     #[arg(long, value_name = "FILE.json")]
     against: Option<PathBuf>,
-    /// With --against: largest increase of the times of frame and passes, as a fraction of the earlier times
+    /// With --against: largest allowed increase of the times of the frame and of its passes, as a fraction of the earlier
+    /// times
     #[arg(
         long,
         value_name = "PART",
@@ -51,7 +54,7 @@ pub struct Args {
         allow_negative_numbers = true
     )]
     max_slowdown: f64,
-    /// With --against: largest increase of memory, as a fraction of the earlier size
+    /// With --against: largest allowed increase of the memory on the device, as a fraction of the earlier size
     #[arg(
         long,
         value_name = "PART",
@@ -61,7 +64,8 @@ pub struct Args {
     max_growth: f64,
 }
 
-/// Renders and times the frames of the profile, then prints it, writes it, and compares it with an earlier one.
+/// Renders and times the frames that the arguments ask for. Then prints the profile, writes it to the files of `--output`
+/// and `--trace`, and compares it with that of `--against`.
 ///
 /// # Errors
 /// Wrong arguments or input, an earlier profile that cannot be compared, a device or disk that fails, a profile that is
@@ -168,7 +172,7 @@ fn check(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Refuses output files that cannot be written, or that are also another output or an input.
+/// Returns an error if a file of `--output` or `--trace` cannot be written, or is also the other output or an input.
 fn check_outputs(args: &Args) -> Result<()> {
     let outputs = [("--output", &args.output), ("--trace", &args.trace)];
     let outputs = outputs.into_iter();
@@ -177,7 +181,7 @@ fn check_outputs(args: &Args) -> Result<()> {
     check_files(outputs, args.scene.inputs().chain(against))
 }
 
-/// Reads an earlier profile from its JSON file; an error if the file holds none.
+/// Reads an earlier profile from the JSON file at `path`; an error if the file contains no profile.
 fn read(path: &Path) -> Result<Profile> {
     let text = input_files::read_text(path, input_files::MAX_JSON_BYTES)?;
     serde_json::from_str(&text).map_err(|e| {
@@ -188,8 +192,8 @@ fn read(path: &Path) -> Result<Profile> {
     })
 }
 
-/// Prints the profile as text or JSON, and writes the files of `--output` and `--trace`. `frames` has the times of each
-/// frame, for the trace.
+/// Prints the profile as text or JSON, and writes the files of `--output` and `--trace`. `frames` lists the times of each
+/// frame, including the warm-up; the trace shows them.
 fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
     let json = serde_json::to_string_pretty(profile)
         .map_err(|e| Error::failed(format!("a profile as JSON: {e}")))?;
@@ -206,8 +210,9 @@ fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
     }
 }
 
-/// Prints the difference from an earlier profile, except with `--json`, whose output is one JSON object alone. Returns an
-/// error if a time or a memory size exceeds the limits; `path` names the earlier profile in the message.
+/// Compares the profile with an earlier one. Prints the difference, except with `--json`, where the output is one JSON
+/// object alone. Returns an error if a time or a memory size exceeds the limits; `path` is the file of the earlier
+/// profile, for the message.
 fn against(args: &Args, profile: &Profile, earlier: &Profile, path: &Path) -> Result<()> {
     if !args.json {
         print(profile::difference(profile, earlier))?;

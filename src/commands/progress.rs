@@ -1,20 +1,22 @@
-//! Shows the progress of long work, and an estimate of the time left: a bar on a terminal, plain lines elsewhere.
+//! Shows the progress of long work on stderr, with an estimate of the time left: as a bar on a terminal, otherwise as
+//! lines.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::cell::Cell;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// The interval between lines of progress if stderr is no terminal; work that ends sooner prints none.
+/// The interval between two lines of progress if stderr is no terminal. Work that ends sooner prints no line.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 
-/// The time for which the progress of work is observed before the time left is estimated.
+/// The minimum time from the first report of progress to the first estimate of the time left; an earlier estimate would
+/// be too uncertain.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 
-/// The estimated time left above which a notice is printed once: an argument may have been mistyped.
+/// If the estimated time left is longer than this, a notice is printed once, because an argument may have been mistyped.
 const LONG: Duration = Duration::from_secs(3600);
 
-/// The number of ticks of a full bar, which is the resolution of the bar.
+/// The number of steps into which the bar on a terminal is divided; the fraction that is done is rounded down to them.
 const TICKS: u64 = 10_000;
 
 /// Shows the progress of one piece of work on stderr.
@@ -24,33 +26,37 @@ pub struct Progress {
     steps: Steps,
     started: Instant,
     last_line: Cell<Instant>,
-    /// The time of the first report of progress, and the steps that were done then. Estimates begin there, because
-    /// preparations, such as the compilation of shaders, happen before it.
+    /// The time of the first report of progress, and the number of steps that were done then; `None` before this report.
+    /// Estimates of the time left count from there, because preparations, such as the compilation of shaders, happen before
+    /// it.
     first: Cell<Option<(Instant, f64)>>,
     announced: Cell<bool>,
 }
 
-/// The unit in which progress is reported.
+/// The unit in which the progress of one piece of work is reported.
 enum Steps {
-    /// Steps with this name, in the plural. The number is that of all steps, or `None` if it is unknown.
+    /// Steps, such as frames or samples. The number is that of all steps, or `None` if it is unknown; the text is the name
+    /// of the steps in the plural.
     Counted(Option<u64>, &'static str),
-    /// Fractions, in [0, 1], of a whole with this name.
+    /// Fractions, in [0, 1], of the whole work; the text is the name of the work.
     Fractions(&'static str),
 }
 
 impl Progress {
-    /// Shows the progress of work with `total` steps called `unit`, in the plural. Without a total, the time left is not
-    /// estimated.
+    /// Shows the progress of work with `total` steps; `unit` is their name in the plural, such as "frames". If `total` is
+    /// `None`, the time left is not estimated.
     pub fn new(total: Option<u64>, unit: &'static str) -> Self {
         Self::with(Steps::Counted(total, unit))
     }
 
-    /// Shows the progress of work that is reported as a fraction in [0, 1]. `name` is the name of the whole work.
+    /// Shows the progress of work that is reported as a fraction in [0, 1]. `name` is the name of the whole work, such as
+    /// "the study".
     pub fn of_whole(name: &'static str) -> Self {
         Self::with(Steps::Fractions(name))
     }
 
-    /// Marks work that may end before its last step: no notice about its long duration is printed.
+    /// Marks work that may end before its last step, for example when a target error is reached. Then no notice about its
+    /// long duration is printed.
     pub fn that_may_end_sooner(self) -> Self {
         self.announced.set(true);
         self
@@ -86,8 +92,8 @@ impl Progress {
         }
     }
 
-    /// Reports that `done` steps, or this fraction of the whole, are done. A value between integers means that a step is
-    /// done in part.
+    /// Reports that `done` steps are done; after [`Self::of_whole`], `done` is the fraction of the work instead. A number of
+    /// steps that is no integer means that a step is done in part.
     pub fn at(&self, done: f64) {
         let total = match self.steps {
             Steps::Counted(total, _) => total.map(|total| total as f64),
@@ -129,8 +135,8 @@ impl Progress {
         }
     }
 
-    /// The estimated time left, at the speed since the first report; `None` while there is too little progress for an
-    /// estimate. `total` is in the unit of `done`.
+    /// The estimated time left, at the mean speed since the first report; `None` if that report was too recent or nothing
+    /// was done since. `total` is in the unit of `done`: steps, or 1 for the whole work.
     fn left(&self, done: f64, total: f64) -> Option<Duration> {
         let Some((start, before)) = self.first.get() else {
             self.first.set(Some((Instant::now(), done)));
@@ -144,7 +150,7 @@ impl Progress {
         Duration::try_from_secs_f64(seconds).ok()
     }
 
-    /// Prints a notice, once, if the time `left` is longer than [`LONG`].
+    /// Prints a notice if the estimated time `left` is longer than [`LONG`], and no such notice was printed before.
     fn announce(&self, left: Option<Duration>) {
         let Some(left) = left.filter(|left| *left > LONG && !self.announced.get()) else {
             return;
@@ -161,7 +167,7 @@ impl Progress {
         self.bar.suspend(|| super::notice(&text));
     }
 
-    /// Ends the display because the work is done; the bar disappears.
+    /// Ends the display because the work is done: the bar on the terminal disappears.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

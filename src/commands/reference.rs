@@ -1,4 +1,5 @@
-//! `reference`: path tracing with MIS and its standard error, as a reference. It can be stopped and resumed.
+//! `reference`: renders a reference by path tracing with multiple importance sampling (MIS), and the standard error of
+//! each pixel. The work can be stopped and resumed.
 
 mod resume;
 
@@ -22,12 +23,12 @@ use resume::resume;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The number of seconds between saves of an unfinished reference: a crash loses at most the work of this time. The
-/// environment variable `HEADWATER_SAVE_SECONDS` sets another number.
+/// While a reference is rendered, it is saved after each such number of seconds, so that a crash loses at most the work
+/// of this time. The environment variable `HEADWATER_SAVE_SECONDS` sets another number.
 const SAVE_SECONDS: u64 = 20;
 
-/// The number of samples per pixel at which a target error is checked first: with fewer samples, the fireflies that dominate
-/// the error may be missing.
+/// The number of samples per pixel at which the error is first compared with `--target-error`. With fewer samples, the
+/// fireflies (single very bright samples) that dominate the error may not have occurred yet.
 const MIN_SAMPLES: u32 = 64;
 
 /// The command-line arguments of `headwater reference`.
@@ -35,25 +36,26 @@ const MIN_SAMPLES: u32 = 64;
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Output files: an .exr first, which can be resumed; repeatable
+    /// Output files, .exr or .png; the first must be an .exr, from which --resume continues; may be given several times
     #[arg(short, long, value_name = "FILE.exr", required = true)]
     output: Vec<PathBuf>,
-    /// Samples per pixel [default: 256, or no limit with --target-error or --time]
+    /// Number of samples per pixel [default: 256, or no limit with --target-error or --time]
     #[arg(long, allow_negative_numbers = true)]
     spp: Option<u32>,
-    /// Stop when √mean(stderr²) is below this fraction of the image's mean
+    /// Stop when the root mean square of the standard errors of all pixels is at most this fraction of the picture's mean
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     target_error: Option<f64>,
-    /// Stop rendering after this many seconds, after at least one sample per pixel
+    /// Stop rendering after this many seconds of this run, but not before one sample per pixel
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     time: Option<f64>,
-    /// Add samples to those of the first output file, which an earlier run has written
+    /// Add samples to those that an earlier run has stored in the first output file; --spp then limits the sum of both
     #[arg(long)]
     resume: bool,
 }
 
-/// Adapts the shared options to the command `reference`. It hides `--preset`, because presets differ only in resampling, and
-/// refuses the AOVs of reservoirs and motion, because a reference has neither reservoirs nor a previous frame.
+/// Adapts the options that commands share to the command `reference`. It hides `--preset`, because presets differ only in
+/// resampling. It refuses the AOVs (additional channels) of reservoirs and motion, because a reference has neither
+/// reservoirs nor a previous frame.
 pub fn shown(command: clap::Command) -> clap::Command {
     let shown = Aov::value_variants()
         .iter()
@@ -68,7 +70,7 @@ pub fn shown(command: clap::Command) -> clap::Command {
         .mut_arg("aov", |aov| aov.value_parser(aovs))
 }
 
-/// Renders the samples, saves them at intervals, and writes the pictures.
+/// Renders the samples, saves all output files at intervals, and writes them at the end.
 ///
 /// # Errors
 /// Wrong arguments or input, a device or disk that fails, or a signal, after which the first output file holds all complete
@@ -156,7 +158,8 @@ pub fn run(args: &Args) -> Result<()> {
     session.finish()
 }
 
-/// The text for a message after a signal: the number of samples per pixel that the first output file keeps.
+/// The clause about saved results for the message after a signal: the number of samples per pixel in the first output
+/// file, `samples`, or that nothing was written if it is 0.
 fn kept(args: &Args, samples: u32) -> String {
     match samples {
         0 => NOTHING_WRITTEN.into(),
@@ -167,9 +170,9 @@ fn kept(args: &Args, samples: u32) -> String {
     }
 }
 
-/// The first sample count per pixel after `done` at which a target error is checked. The counts are 64, 80, 100 and so on,
-/// each a fourth larger than the one before; `u32::MAX` if none is left. They are fixed, so that the last sample of a run
-/// depends neither on its speed nor on interruptions.
+/// The first number of samples per pixel, larger than `done`, at which the error is compared with `--target-error`. The
+/// numbers are 64, 80, 100 and so on, each a fourth larger than the one before; `u32::MAX` if none is left. They are
+/// fixed, so that the last sample of a run depends neither on its speed nor on interruptions.
 fn next_check(done: u32) -> u32 {
     let mut check = MIN_SAMPLES;
     while check <= done {
@@ -182,13 +185,13 @@ fn next_check(done: u32) -> u32 {
     check
 }
 
-/// True if a target error is checked after `done` samples per pixel.
+/// True if the error is compared with `--target-error` after `done` samples per pixel.
 fn checks_error(done: u32) -> bool {
     done > 0 && next_check(done - 1) == done
 }
 
-/// The number of samples per pixel after which the run stops, `u32::MAX` if only an error or a time limits it. An error if a
-/// limit has a wrong value, or if the first output is not an EXR file.
+/// The number of samples per pixel after which the run stops; `u32::MAX` if only `--target-error` or `--time` limits it.
+/// Returns an error if one of these options has a wrong value, or if the first output is not an EXR file.
 fn sample_limit(args: &Args) -> Result<u32> {
     let positive = |value: Option<f64>, name: &str| match value {
         Some(v) if !(v > 0.0 && v.is_finite()) => Err(Error::input(format!(
@@ -211,8 +214,8 @@ fn sample_limit(args: &Args) -> Result<u32> {
     }
 }
 
-/// Writes every output file from the renderer's sums, which hold `samples` samples per pixel, and returns these sums. EXR
-/// files also get the channels for resuming and, from two samples on, standard errors.
+/// Writes every output file from the renderer's sums, which contain `samples` samples per pixel, and returns these sums.
+/// The picture of an EXR file also has the channels that `--resume` reads and, from two samples on, the standard errors.
 fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     let sums = session.renderer.sums()?;
     let mut image = session.picture(&sums, samples, &args.scene.aov)?;
@@ -233,12 +236,12 @@ fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     Ok(sums)
 }
 
-/// A function that returns one of the four RGB values in the accumulated sums of a pixel.
+/// A function that returns one of the four RGB values in a pixel's accumulated sums, which [`PARTS`] lists.
 type Part = fn(&PixelSums) -> Vec3;
 
-/// The four RGB values in the accumulated sums of a pixel: the sums of radiance and of its square, each with its rounding
-/// error. Their names form the EXR channels that `--resume` reads: `sum` is stored in `resume.sum.R`, `resume.sum.G`,
-/// `resume.sum.B`.
+/// The four RGB values in a pixel's accumulated sums, each with its name: the sum of radiance, the sum of its square, and
+/// the rounding error of each. The names form those of the EXR channels that `--resume` reads: `sum` is stored in
+/// `resume.sum.R`, `resume.sum.G` and `resume.sum.B`.
 const PARTS: [(&str, Part); 4] = [
     ("sum", |p| p.sum),
     ("sum_low", |p| p.sum_low),
@@ -246,8 +249,9 @@ const PARTS: [(&str, Part); 4] = [
     ("square_low", |p| p.square_low),
 ];
 
-/// The relative standard error of a picture: √mean(stderr²) divided by the mean, over all pixels and channels. 0 for a black
-/// picture; `None` for fewer than two samples per pixel, whose standard error is unknown.
+/// The relative standard error of a picture: the root mean square of the standard errors, divided by the mean, both over
+/// all pixels and the channels red, green and blue. It is 0 for a black picture, and `None` for fewer than two samples
+/// per pixel, whose standard error is unknown.
 fn relative_error(sums: &Sums, samples: u32) -> Option<f64> {
     if samples < 2 {
         return None;

@@ -1,5 +1,5 @@
-//! `regress`: makes the golden frames of a driver (stored pictures and hashes, with which later runs are compared), or
-//! compares a driver with golden frames.
+//! `regress`: compares what a driver renders with golden frames (stored pictures and hashes of a trusted driver), or
+//! makes golden frames.
 
 use super::arguments::check_files;
 use super::interrupt::Interrupt;
@@ -26,32 +26,34 @@ use std::time::{Duration, Instant};
 /// The command-line arguments of `headwater regress`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The folder of golden frames; it has one folder for each driver
+    /// The folder of all golden frames; it contains one folder for each device and driver
     folder: PathBuf,
-    /// Make the golden frames of this driver, replacing older ones of the same driver; with --only, those of some cases
+    /// Store what this driver renders as its golden frames, instead of comparing; this replaces all older ones of the same
+    /// driver, or with --only just those of the selected cases
     #[arg(long)]
     bless: bool,
-    /// Also run with the validation layers and synchronization validation: any message is a failure
+    /// Load the Vulkan validation layers with synchronization validation; a case in which they send a message fails
     #[arg(long)]
     validate: bool,
-    /// Require equal bits even if the golden frames belong to another driver, such as another build of the same source
+    /// Require equal bits even if the golden frames were made with another driver, such as another build of the same source
     #[arg(long, conflicts_with = "bless")]
     exact: bool,
-    /// Run only the cases whose names contain this text
+    /// Run only the test cases whose names contain this text
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
-    /// Write the results of all cases as JUnit XML, for CI systems
+    /// Write the results of all cases to this file as JUnit XML, which CI systems read
     #[arg(long, value_name = "FILE.xml", conflicts_with = "bless")]
     junit: Option<PathBuf>,
-    /// The folder for pictures of cases that fail; it is made when there are any
+    /// The folder for the pictures of cases that fail: picture, golden picture and difference; it is created for the first
+    /// of them
     #[arg(short, long, value_name = "FOLDER", default_value = "regress-failures")]
     output: PathBuf,
-    /// The Vulkan device, by its name, a part of its name, or its index in 'headwater info'
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
 }
 
-/// The parser of the arguments of a test case, which are arguments of the command `render`.
+/// The parser of a test case, whose arguments are arguments of the command `render`.
 #[derive(Parser)]
 #[command(name = "render")]
 struct Line {
@@ -59,7 +61,8 @@ struct Line {
     args: render::Args,
 }
 
-/// Renders the selected cases, and either stores them as golden frames or compares them with stored ones.
+/// Renders the test cases that `--only` selects, and either stores them as golden frames or compares them with the stored
+/// ones.
 ///
 /// # Errors
 /// Wrong arguments or golden frames, a case that fails, a device or disk that fails, or a signal.
@@ -91,8 +94,8 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Renders the cases and stores them as golden frames of the driver. Cases that need a feature which the device lacks are
-/// skipped.
+/// Renders the cases and stores them as golden frames of the driver. A case that needs a feature which the device lacks
+/// is skipped and counted.
 fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
     check_folder(&args.folder)?;
     let mut blessing = Blessing::new(&args.folder, device);
@@ -119,8 +122,8 @@ fn bless(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt
     ))
 }
 
-/// Renders the cases, compares each with its golden frame, prints a line per case, and writes the JUnit file. An error if a
-/// case fails or none was compared.
+/// Renders the cases, compares each with its golden frame, prints one line per case, and writes the JUnit file. Returns
+/// an error if a case failed, or if no case was compared.
 fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interrupt) -> Result<()> {
     let began = Instant::now();
     let (goldens, own) = Goldens::find(&args.folder, device)?;
@@ -172,7 +175,8 @@ fn compare(args: &Args, cases: &[Case], device: &DeviceInfo, interrupt: &Interru
     summarise(&results, began.elapsed())
 }
 
-/// Checks, before minutes of work, that files can be written to a folder, or that it can be made.
+/// Checks, before minutes of work, that files can be written to the folder at this path, or that the folder can be
+/// created. It creates neither.
 fn check_folder(folder: &Path) -> Result<()> {
     let there = folder.ancestors().find(|path| path.exists());
     if let Some(file) = there.filter(|path| !path.is_dir()) {
@@ -182,8 +186,9 @@ fn check_folder(folder: &Path) -> Result<()> {
     check_writable(&there.unwrap_or(Path::new(".")).join(".headwater"))
 }
 
-/// Prints the last line, which counts the passed, skipped and failed cases and shows the total `time`. Each of `results` is
-/// the name, the verdict and the duration of a case. Returns an error if a case failed, or if no case was compared.
+/// Prints the last line, which counts the passed, skipped and failed cases and shows the total `time`. `results` has one
+/// entry per case: its name, its verdict and its duration. Returns an error if a case failed, or if all cases were
+/// skipped.
 fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<()> {
     let names = |is: fn(&Verdict) -> bool| -> Vec<&str> {
         let found = results.iter().filter(|(_, verdict, _)| is(verdict));
@@ -207,8 +212,9 @@ fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<
     }
 }
 
-/// Renders a case and compares it with its golden frame. `own` is true if the golden frames belong to this driver, `exact`
-/// if every bit must be equal. If the driver fails, the verdict is a failure, so that the other cases still run.
+/// Renders a case and compares it with its golden frame. `own` is true if the golden frames were made with this driver;
+/// `exact` is true if every bit must be equal. If the driver fails, the verdict is that the case failed, so that the
+/// other cases still run.
 fn compare_case(
     args: &Args,
     case: &Case,
@@ -253,7 +259,7 @@ fn compare_case(
     })
 }
 
-/// The shell command that renders a case again, for the message about its failure.
+/// The shell command with which the user can render a case again, for the message about its failure.
 fn again(args: &Args, case: &Case) -> String {
     let validation = if args.validate {
         "HEADWATER_VALIDATION=1 "
@@ -269,8 +275,8 @@ fn again(args: &Args, case: &Case) -> String {
     )
 }
 
-/// Renders a case twice, first with whole frames, which give the picture, and then pass by pass, which gives the hashes. The
-/// inner error is a sentence about a feature that the case requests and the device lacks.
+/// Renders a case twice: first as usual, to get the picture, and then pass by pass, to hash each buffer that a pass may
+/// write. The inner error is a sentence about a feature that the case requests and the device lacks.
 fn render_case(
     args: &Args,
     case: &Case,
@@ -325,7 +331,7 @@ fn render_case(
     Ok(Ok(Rendered { image, steps }))
 }
 
-/// A sentence about the first feature that a case requests and the device lacks; `None` if it lacks none.
+/// A sentence about the first feature that the arguments of a case request and the device lacks; `None` if it lacks none.
 fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     let lacking = [
         (
@@ -345,8 +351,8 @@ fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     found.map(|(_, what)| format!("the device has no {what}"))
 }
 
-/// Writes the picture of a failed case, the golden picture, and the FLIP map of their difference to `folder`. The map is
-/// left out if the sizes differ or a value is not finite.
+/// Writes three files to `folder`: the picture of a failed case, the golden picture, and a map of their FLIP difference.
+/// The map is left out if the sizes differ or a value of the picture is not finite.
 fn keep_pictures(folder: &Path, case: &Case, picture: &Image, golden: &Image) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
     let file = |what: &str| folder.join(format!("{}{what}", case.name));

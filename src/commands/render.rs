@@ -1,4 +1,4 @@
-//! `render`: renders a number of frames, and writes the last one or the mean of all.
+//! `render`: renders a number of frames of a scene, and writes the last frame or the mean of all.
 
 use super::NOTHING_WRITTEN;
 use super::arguments::SceneArgs;
@@ -16,28 +16,28 @@ use std::path::PathBuf;
 pub struct Args {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Output file, .exr or .png; may be given several times
+    /// Output file for the picture, .exr or .png; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Number of frames; their indices begin with 0
+    /// Number of frames, with indices from 0; without --accumulate, the last one is written
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub(super) frames: u32,
-    /// Write the mean of all frames instead of the last
+    /// Write the mean of all frames instead of the last frame
     #[arg(long)]
     pub(super) accumulate: bool,
-    /// Render every frame, end each with a presented picture, and have RenderDoc or GFXReconstruct (the loaded one) capture
-    /// frames N to M; tools/capture starts both
+    /// Have RenderDoc or GFXReconstruct, whichever is loaded, capture frames N to M, both included; every frame is then
+    /// rendered and ends with a presented picture; tools/capture starts Headwater with one of the tools
     #[arg(long, value_name = "N..M", allow_hyphen_values = true)]
     capture: Option<FrameRange>,
-    /// With --capture: write the presented pictures of the captured frames to this folder
+    /// With --capture: write the presented pictures of the captured frames to this folder, which must exist, as PNG files
     #[arg(long, value_name = "FOLDER", requires = "capture")]
     presented: Option<PathBuf>,
-    /// Number of frames per second; without it all frames show --start-time
+    /// Number of frames per second of the scene's time; without it, all frames show the scene at --start-time
     #[arg(long, allow_hyphen_values = true)]
     pub(super) fps: Option<f64>,
 }
 
-/// Renders the frames and writes the pictures and the report.
+/// Renders the frames, and writes the pictures of `--output` and the report of `--report`.
 ///
 /// # Errors
 /// Wrong arguments or input, a device or disk that fails, or a signal, after which `--accumulate` has written the mean of
@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<()> {
     ))
 }
 
-/// Writes the mean of the `samples` frames in the renderer's sums to every output file, and the report.
+/// Writes every file of `--output`, with the mean of the `samples` frames in the renderer's sums, and the report.
 fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     let sums = session.renderer.sums()?;
     let image = session.picture(&sums, samples, &args.scene.aov)?;
@@ -129,8 +129,8 @@ fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     write_report(session, samples, args.scene.report.as_ref())
 }
 
-/// Writes a JSON report of the run to `path`, the file of `--report`; `None` writes nothing. `samples` is the number of
-/// samples per pixel of the picture.
+/// Writes a JSON report of the run (choices, settings and times) to `path`, the file of `--report`; `None` writes
+/// nothing. `samples` is the number of samples per pixel of the picture, which the report states.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -1,12 +1,13 @@
-//! Starts the threads of the program. If something fails that cannot return an error, such as a driver that crashes, the
-//! program ends with one line on stderr and exit status 1.
+//! Prepares the process before a command runs: starts its threads, and ensures that crashes and panics, for which no
+//! function can return an error, end the program with one line on stderr and exit status 1.
 
 use crate::base::out_of_memory::end_with;
 use crate::{Error, Result};
 use signal_hook::consts::{SIGABRT, SIGBUS, SIGSEGV};
 
-/// Starts the threads of all parallel work now, because a thread that could not be started later would cause a panic.
-/// Crashes and panics end the program with one line and exit status 1, unless `RUST_BACKTRACE` is set.
+/// Starts the threads for all parallel work now, because a thread that cannot be started later causes a panic. From then
+/// on, crashes and panics end the program with one line on stderr and exit status 1; if `RUST_BACKTRACE` is set, they do
+/// what they do in other programs.
 ///
 /// # Errors
 /// The system refuses the threads or the signal handlers.
@@ -32,8 +33,8 @@ pub fn prepare() -> Result<()> {
     })
 }
 
-/// Handles SIGABRT, SIGBUS and SIGSEGV: prints one line and ends the program. Drivers that find no memory crash with one of
-/// them.
+/// Handles SIGABRT, SIGBUS and SIGSEGV: prints one line on stderr and ends the program. A driver that gets no memory
+/// often crashes with one of these signals.
 fn watch_for_crashes() -> Result<()> {
     const CRASHED: &[u8] = b"headwater: a driver or a library crashed, perhaps out of memory; take a smaller picture or scene, or another device; RUST_BACKTRACE=1 lets it crash\n";
     for signal in [SIGABRT, SIGBUS, SIGSEGV] {

@@ -20,37 +20,37 @@ use std::path::{Path, PathBuf};
 /// The subcommands of `scene`.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// The procedural scenes and their parameters.
+    /// List the procedural scenes and their parameters.
     List {
-        /// Print the result as one JSON object instead of text
+        /// Print the scenes as one JSON object instead of text
         #[arg(long)]
         json: bool,
     },
-    /// Write a procedural scene as .glb with its camera, or a sky as .exr.
+    /// Write a procedural scene with its camera as .glb, or a sky as .exr.
     Generate {
-        /// The scene's name, or a sky such as sky:sun=40
+        /// The name of a procedural scene, or a sky such as sky:sun=40, with the sun's elevation in degrees
         name: String,
         /// The file to write: .glb for a scene, .exr for a sky
         #[arg(short, long, value_name = "FILE.glb|FILE.exr")]
         output: PathBuf,
-        /// A changed parameter of the scene; may be given several times
+        /// A parameter of the scene and its value, see 'headwater scene list'; may be given several times
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
-    /// Print a scene's triangles, lights, materials, bounds, cameras and requirements.
+    /// Print the triangles, lights, materials, bounds and cameras of a scene, and what it requires of the renderer.
     Inspect {
-        /// A procedural scene's name, or a file: .gltf, .glb, .obj
+        /// The scene: the name of a procedural scene (see 'headwater scene list'), or a file, .gltf, .glb or .obj
         scene: String,
-        /// Permissions for loading a scene: without missing image files, with files outside of its folder
+        /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
         #[command(flatten)]
         load: LoadArgs,
-        /// Print the result as one JSON object instead of text
+        /// Print the contents as one JSON object instead of text
         #[arg(long)]
         json: bool,
     },
 }
 
-/// Runs a subcommand of `scene`.
+/// Runs the subcommand `list`, `generate` or `inspect` of `scene`.
 ///
 /// # Errors
 /// Wrong arguments or input, a file that cannot be written, or a signal.
@@ -89,8 +89,8 @@ pub fn run(command: &Command) -> Result<()> {
     }
 }
 
-/// Writes the radiance of the sky `name` by longitude and latitude as an EXR file. `set` must be empty, because the
-/// parameters of a sky are part of its name.
+/// Writes the radiance of the sky `name` as an EXR file, an image by longitude and latitude with the zenith at the top.
+/// Returns an error if `set` is not empty, because the parameters of a sky are part of its name.
 fn write_sky(name: &str, set: &[String], output: &Path) -> Result<()> {
     if let Some(change) = set.first() {
         return Err(Error::input(format!(
@@ -124,8 +124,8 @@ fn list(as_json: bool) -> Result<()> {
     Ok(())
 }
 
-/// A JSON object with the numbers of instances, cameras and emissive materials that change with time, and the time of the
-/// last key in seconds.
+/// A JSON object that describes the motion of a scene: the numbers of instances, cameras and emissive materials that
+/// change with time, and the time of the last key frame in seconds.
 fn moves(motion: &Motion) -> Value {
     let count = |list: &[Option<u32>]| list.iter().flatten().count();
     json!({

@@ -1,5 +1,5 @@
-//! A session: a scene on an open device, ready to be rendered, made from command-line arguments. Its functions for cameras,
-//! pictures and profiles are in `session/`.
+//! A session: a scene on an open device, ready to be rendered as command-line arguments describe it. Its functions for
+//! cameras, pictures and profiles are in `session/`.
 
 mod cameras;
 mod picture;
@@ -24,40 +24,41 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The target duration of one submission to the device: short enough that a signal is noticed soon and that no driver
-/// assumes that the device hangs.
+/// The target duration of one call of [`Session::add_samples`]. It is short, so that a signal is noticed soon, and so
+/// that no driver takes a long submission for a hang of the device.
 const SUBMISSION: Duration = Duration::from_millis(300);
 
-/// The number of triangles from which on a line on stderr announces that trees over the triangles are built, because this
-/// takes several seconds.
+/// If a scene has at least this many triangles, a line on stderr announces that the trees over the triangles are being
+/// built, because this takes several seconds.
 const MANY_TRIANGLES: u64 = 2_000_000;
 
-/// The purpose of a session, which decides the features that its device is opened with.
+/// The purpose of a session. It decides the features with which the Vulkan instance and the device are opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Pictures for files, with no feature besides those that rendering needs.
+    /// Pictures for files. The device has no features besides those that rendering needs.
     Pictures,
-    /// Frames for a capture tool, which records the calls of the device. The device is opened for
-    /// [`Presentation`](crate::gpu::Presentation), and uses no feature that the tool cannot replay.
+    /// Frames for a capture tool, which records the Vulkan calls. If the device supports it, it is opened so that it can
+    /// present pictures ([`Presentation`](crate::gpu::Presentation)). It uses no feature that the tool cannot replay.
     Capture,
-    /// A profile. The reports of the driver's compiler about shaders are kept for
-    /// [`Records::compiled`](crate::gpu::records::Records::compiled).
+    /// A profile. The driver's compiler reports on each shader, and
+    /// [`Records::compiled`](crate::gpu::records::Records::compiled) returns these reports.
     Profile,
-    /// A regression test. The outputs of passes can be hashed for
-    /// [`Records::take_outputs`](crate::gpu::records::Records::take_outputs).
+    /// A regression test. The buffers that passes write can be hashed, and
+    /// [`Records::take_outputs`](crate::gpu::records::Records::take_outputs) returns the hashes.
     Regression {
-        /// True if the validation layers are loaded, with synchronization validation.
+        /// True if the Vulkan validation layers are loaded, with synchronization validation.
         validate: bool,
     },
 }
 
-/// A scene on an open device, with the settings and the view of its picture, ready to render frames.
+/// A scene on an open device, with the settings and the view of its picture. It is ready to render frames.
 pub struct Session {
-    /// The settings from the preset, `--config` and `--set`, in which the choice for this scene replaces each `auto`.
+    /// All settings, from the preset, `--config` and `--set`; where they are `auto`, the choice for this scene replaces it.
     pub settings: ResolvedSettings,
-    /// The camera, the size of the picture, the seed, and the sampling of paths.
+    /// The camera, the size of the picture, the seed, the maximum number of scattering events, and the position of rays in
+    /// pixels.
     pub view: View,
-    /// The passes and buffers that render the view, and the sums of its samples.
+    /// The passes and buffers that render the view, and the accumulated radiance of its samples.
     pub renderer: Renderer,
     /// The device on which the scene is rendered.
     pub device: Arc<Device>,
@@ -65,24 +66,26 @@ pub struct Session {
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
     scene_hash: String,
-    /// The time that each frame shows; `None` if nothing in the scene moves.
+    /// The clock, which maps the index of a frame to the time in the scene that it shows; `None` if nothing in the scene
+    /// moves.
     clock: Option<Clock>,
-    /// The motion of the scene's camera, which each frame follows while the clock runs. `None` for a camera that is not of
-    /// the scene.
+    /// The scene's camera with its motion; while the clock runs, each frame is rendered with the camera of its time. `None`
+    /// for a camera that does not belong to the scene, and so does not move.
     camera: Option<MovingCamera>,
     rejected: u32,
-    /// The time of each pass in its first run, which may include its compilation; one entry per pass.
+    /// The time of each pass when it ran for the first time, which may include the compilation of its shader; one entry per
+    /// pass.
     first_runs: Vec<PassTime>,
-    /// The total time of each pass in the last submission, without first runs; one entry per pass, in the order in which
-    /// they ran.
+    /// The time of each pass, without first runs, in the last frame or, with path tracing, in the last call of
+    /// [`Self::add_samples`]. One entry per pass, in the order in which they ran.
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
 }
 
 impl Session {
-    /// Loads the scene, opens the device, and uploads the scene. `frames` are the indices of the frames that pictures will
-    /// show, for a notice if the scene is black in all of them.
+    /// Loads the scene, opens the device, and uploads the scene. `frames` are the indices of the frames that the user will
+    /// see. If the scene is black in all of them, a notice says why.
     ///
     /// # Errors
     /// Wrong arguments or input, no usable device, a device that fails, or a signal.
@@ -226,8 +229,8 @@ impl Session {
     }
 
     /// The index of the first frame that must be rendered so that frame `index` is correct. It is 0 if frames depend on
-    /// those before them. If only the clock runs, it is the index of the previous frame, because motion is the difference of
-    /// two frames. Otherwise it is `index` itself.
+    /// those before them. If they do not, but the clock runs, it is the index of the previous frame, because motion vectors
+    /// are the difference of two frames. Otherwise it is `index` itself.
     pub fn first_needed_for(&self, index: u32) -> u32 {
         if self.renderer.has_history() {
             return 0;
@@ -237,7 +240,8 @@ impl Session {
         index - u32::from(runs && index > 0)
     }
 
-    /// Renders frame `index` only as the history of later frames, without adding it to the sums.
+    /// Renders frame `index` only so that later frames can reuse it, without adding it to the accumulated sums. If no frame
+    /// reuses another one, this only moves the scene to the time of the frame.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -248,7 +252,7 @@ impl Session {
         Ok(())
     }
 
-    /// Renders frame `index` alone, without adding it to the frames before it.
+    /// Renders frame `index` alone: it is not added to the accumulated sums.
     fn single_frame(&mut self, index: u32) -> Result<()> {
         self.set_clock(index)?;
         let times = self.renderer.single_frame(index)?;
@@ -256,8 +260,8 @@ impl Session {
         Ok(())
     }
 
-    /// Restarts the renderer without history and sums. From now on each pass runs separately, and every buffer that it may
-    /// write is hashed after it.
+    /// Restarts the renderer without the data of earlier frames and with empty sums. From now on each pass is submitted
+    /// separately, and after it every buffer that it may write is hashed.
     ///
     /// # Errors
     /// The device fails, or the session is not for [`Purpose::Regression`].
@@ -266,8 +270,8 @@ impl Session {
         self.device.hash_outputs()
     }
 
-    /// Renders frame `index`. It is added to the sums of the frames before it if `accumulates` is true, and otherwise
-    /// rendered alone.
+    /// Renders frame `index`. If `accumulates` is true, its radiance is added to the sums of the frames before it; otherwise
+    /// it is rendered alone.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -278,7 +282,8 @@ impl Session {
         }
     }
 
-    /// Stores the times of the passes of a submission. First runs, which may include compilation, are stored separately.
+    /// Stores the times of passes, one entry per run, for the report. First runs, which may include compilation, are stored
+    /// separately.
     fn keep_times(&mut self, times: Vec<PassTime>) {
         let times = PassTime::by_name(times).into_iter();
         let (first, rest) = times.partition(|time| time.first_run);
@@ -286,12 +291,13 @@ impl Session {
         self.times = rest;
     }
 
-    /// The clock if frames show different times; `None` if it is stopped or nothing in the scene moves.
+    /// The clock if frames show different times; `None` if the clock is stopped (has no frames per second), or if nothing in
+    /// the scene moves.
     fn running_clock(&self) -> Option<Clock> {
         self.clock.filter(|clock| clock.fps.is_some())
     }
 
-    /// Sets the scene to the time of frame `index`, with its camera, and returns true. If all frames show the same time, it
+    /// Moves the scene and its camera to the time of frame `index`, and returns true. If all frames show the same time,
     /// changes nothing and returns false.
     fn set_clock(&mut self, index: u32) -> Result<bool> {
         let Some(clock) = self.running_clock() else {
@@ -302,9 +308,10 @@ impl Session {
         Ok(true)
     }
 
-    /// Adds at most `samples` samples to every pixel, with indices from `first`, and returns the number of added samples.
-    /// One call is one submission, whose length follows from the times of earlier ones; this division changes no bit of the
-    /// sums. `watch` receives the number of finished samples, with fractions, and can end the work by an error.
+    /// Adds at most `samples` samples to every pixel, with indices from `first`, and returns the number of added samples. A
+    /// call adds as many as take about 0.3 s, judged by earlier calls, or one if the scene moves; this division changes no
+    /// bit of the sums. `watch` receives the number of samples that this call has finished, with fractions, and can end the
+    /// work by an error.
     ///
     /// # Errors
     /// The device fails, the scene cannot be rendered at that frame's time, or the errors of `watch`, after which the sums
@@ -329,7 +336,8 @@ impl Session {
         Ok(samples)
     }
 
-    /// Closes the session, and then checks the messages of the validation layers, because closing may cause some too.
+    /// Closes the session. Afterwards it checks that the validation layers have sent no messages, because closing may cause
+    /// some too.
     ///
     /// # Errors
     /// The validation layers have sent messages, or the folder of changed shaders (`HEADWATER_GLSL`) cannot be read.
@@ -353,8 +361,9 @@ impl Session {
         check_messages(&instance.validation_messages())
     }
 
-    /// A description of the run as a JSON object, which `--report` writes. `samples` is the number of samples per pixel.
-    /// Since version 2, first runs of passes are separate from `last_submission`.
+    /// A description of the run as a JSON object, which `--report` writes. `samples` is the number of samples per pixel of
+    /// the picture. In version 2 of the format, `last_submission` does not contain the first runs of passes, which are in
+    /// `first_runs`.
     ///
     /// # Errors
     /// A setting has no JSON form, which does not happen with finite values.

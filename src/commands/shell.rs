@@ -1,4 +1,5 @@
-//! `completions` and `man`: shell completions and manual pages of all commands.
+//! `completions` and `man`: print the completions of all commands for a shell, and write the manual pages of all
+//! commands.
 
 use super::{command_line, print_part};
 use crate::base::files::write_atomically;
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 /// The command-line arguments of `headwater completions`.
 #[derive(clap::Args)]
 pub struct CompletionsArgs {
-    /// The shell for which the script is printed
+    /// The shell for which the completion script is printed
     shell: Shell,
 }
 
@@ -26,7 +27,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<()> {
 /// The command-line arguments of `headwater man`.
 #[derive(clap::Args)]
 pub struct ManArgs {
-    /// The folder for the manual pages; it must exist
+    /// The folder to which the manual pages are written; it must exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }

@@ -1,4 +1,5 @@
-//! `statistics`: registers, memory and occupancy of every pass, as the driver's compiler reports them.
+//! `statistics`: prints registers, memory and occupancy of every pass, as the driver's compiler reports them. No shader
+//! runs.
 
 use super::arguments::check_files;
 use super::choices::{LoadArgs, TracerArg};
@@ -18,30 +19,32 @@ use std::path::{Path, PathBuf};
 /// The command-line arguments of `headwater statistics`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Procedural scenes by name, or files: .gltf, .glb, .obj [default: every procedural scene]
+    /// The scenes for which passes are compiled: procedural scenes by name, or files, .gltf, .glb or .obj [default: every
+    /// procedural scene]
     scenes: Vec<String>,
-    /// Permissions for loading a scene: without missing image files, with files outside of its folder
+    /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
     #[command(flatten)]
     load: LoadArgs,
-    /// The tracer; auto compiles for each tracer that the device has
+    /// The method that traces rays; auto compiles the passes for each one that the device has
     #[arg(long, value_enum, default_value_t)]
     tracer: TracerArg,
-    /// The Vulkan device, by its name, a part of its name, or its index in 'headwater info'
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
-    /// Print one JSON object, which has every pipeline
+    /// Print one JSON object instead of a table; it lists every pipeline (a pass in one compiled form), the table only the
+    /// worst one of each tracer and pass
     #[arg(long)]
     json: bool,
-    /// Write every pipeline; entries of the file for other devices and drivers stay
+    /// Write the statistics of every pipeline as JSON; statistics of other devices and drivers in the file stay
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
-    /// An earlier output: fail if a value is worse than in that output
+    /// A file that --output has written: fail if a value, such as the number of registers, is worse than in this file
     #[arg(long, value_name = "FILE.json")]
     against: Option<PathBuf>,
 }
 
-/// Compiles the passes for each scene, tracer and configuration without running them. Prints and writes the values that the
-/// driver's compiler reports, and compares them with stored values.
+/// Compiles the passes for each scene, tracer and configuration (settings with a name) without running them. Prints and
+/// writes the values that the driver's compiler reports, and compares them with the values of the file of `--against`.
 ///
 /// # Errors
 /// Wrong arguments or input, a device whose driver reports nothing, a shader that it rejects, a disk that fails, a signal,
@@ -124,8 +127,8 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Replaces the pipelines of this device and driver in `others`, which come from an earlier output file, by `pipelines`. The
-/// result is sorted by driver, then by device.
+/// Joins the pipelines of an earlier output file, `others`, with the new `pipelines`, which replace those of the same
+/// device and driver. The result is sorted by driver, then by device.
 fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others.retain(|old| !pipelines.iter().any(|new| is_comparable(old, new)));
     others.extend_from_slice(pipelines);
@@ -133,13 +136,14 @@ fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others
 }
 
-/// True if both pipelines were made by the same driver for the same device.
+/// True if both pipelines were compiled by the same driver for the same device, by their names and the driver's version.
 fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
     (&a.driver, &a.device) == (&b.driver, &b.device)
 }
 
-/// A line of text for each value of a pipeline, such as its registers, that is worse than the stored one. `stored` has the
-/// pipelines of the file at `path`; pipelines without a counterpart there are counted in a note on stderr.
+/// One line of text for each value of a pipeline, such as its number of registers, that is worse than the stored value.
+/// `stored` lists the pipelines of the file at `path`. If pipelines have no counterpart in the file, a note on stderr
+/// states their number.
 fn worse(pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Vec<String> {
     let Some(first) = pipelines.first() else {
         return Vec::new();

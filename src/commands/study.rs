@@ -1,4 +1,5 @@
-//! `study`: renders configurations × scenes × seeds × frames, and compares them with references.
+//! `study`: renders configurations (settings with a name) on scenes, with several seeds and frames, and compares the
+//! frames with references.
 
 use super::arguments::{check_files, parse_look_at, size_for};
 use super::choices::{LoadArgs, TracerArg};
@@ -33,27 +34,27 @@ use std::path::PathBuf;
 /// The command-line arguments of `headwater study`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Scenes to study, instead of the scenes of the plan
+    /// The scenes to study, by name or file, instead of the scenes of the plan
     scenes: Vec<String>,
-    /// The folder for results, references and finished runs; a study continues with the runs in it
+    /// The folder for results, references and finished runs; a study continues with the finished runs in it
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// The plan: the name of one that comes with the program, or a TOML file
+    /// The plan, which lists configurations and scenes: the name of one that comes with the program, or a TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
-    /// Permissions for loading a scene: without missing image files, with files outside of its folder
+    /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
     #[command(flatten)]
     load: LoadArgs,
-    /// Light from all around, for all scenes: a file, .exr or .hdr, or a sky such as sky:sun=40
+    /// Light from infinitely far away, for all scenes: an image file, .exr or .hdr, or a sky such as sky:sun=40
     #[arg(long, value_name = "FILE|sky:…")]
     environment: Option<String>,
-    /// Maximum number of scattering events of a path, instead of the plan's value
+    /// Maximum number of scattering events of a path, instead of the value in the plan
     #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
-    /// Use a fourth of the seeds and of the references' samples: a first look, no proof
+    /// Use a fourth of the seeds and of the references' samples per pixel: a first look, which proves nothing
     #[arg(long)]
     quick: bool,
-    /// The Vulkan device, by its name, a part of its name, or its index in 'headwater info'
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
     /// The method that traces rays
@@ -61,8 +62,8 @@ pub struct Args {
     tracer: TracerArg,
 }
 
-/// Renders the runs that the folder of `--output` does not hold yet. A run is one configuration on one scene with one seed.
-/// Then judges the results of all runs, writes them and prints them.
+/// Renders the runs that the folder of `--output` does not hold yet. A run is one configuration on one scene with one
+/// seed, over all its frames. Then judges the results of all runs, writes them to the folder, and prints them.
 ///
 /// # Errors
 /// Wrong arguments or a wrong plan, a device or disk that fails, a signal, a configuration that should be unbiased and is
@@ -235,7 +236,8 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&instance.validation_messages())
 }
 
-/// The text for a message after a signal: the results that the study's folder keeps.
+/// The clause about saved results for the message after a signal: that the folder keeps the finished runs, or that
+/// nothing was written.
 fn kept(folder: &Folder) -> String {
     if !folder.holds_results() {
         return NOTHING_WRITTEN.into();
@@ -246,8 +248,8 @@ fn kept(folder: &Folder) -> String {
     )
 }
 
-/// The camera that the key `look_at` of a scene in the plan describes; `None` without this key, and an error if its text
-/// describes no camera.
+/// The camera that the key `look_at` of a scene in the plan describes; `None` if the scene has no such key. Returns an
+/// error if its text describes no camera.
 fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
     let origin = format!("{}: look_at", planned.name);
     (planned.look_at.as_deref())
@@ -255,8 +257,9 @@ fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
         .transpose()
 }
 
-/// The camera of a scene at a time in seconds: that of the plan, the scene's first one, or one that frames the scene. The
-/// second value is the motion of the scene's first camera; it is `None` for the other two kinds of camera.
+/// The camera of a scene at `time`, in seconds: the one that the plan gives, else the scene's first one, else one that
+/// sees the whole scene. The second value is the motion of the scene's first camera; it is `None` for the other two
+/// cameras, which do not move.
 fn camera(
     planned: &PlannedScene,
     scene: &Scene,
@@ -272,8 +275,8 @@ fn camera(
     Ok((moving.at(time)?, Some(moving)))
 }
 
-/// Returns an error that lists the rows which make the study fail, if there are any; a row holds the results of one
-/// configuration on one scene. Prints a note that lists the undecided rows.
+/// Returns an error that lists the rows which make the study fail; without such rows, returns no error. A row holds the
+/// results of one configuration on one scene. Also prints a note that lists the rows whose bias is undecided.
 fn verdict(rows: &[Row]) -> Result<()> {
     let open: Vec<String> = (rows.iter())
         .filter_map(|row| {

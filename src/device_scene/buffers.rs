@@ -1,5 +1,5 @@
-//! The device buffers of a scene: their contents, sizes in bytes and bindings. `shader_interface/scene_buffers.rs` declares
-//! each buffer, and `SceneContents::new` fills it.
+//! The buffers of a scene on the device: their contents, sizes in bytes and bindings. `shader_interface/scene_buffers.rs`
+//! declares each buffer; `SceneContents::new` collects the contents.
 
 use super::environment::EnvironmentTexels;
 use super::epochs::EpochContents;
@@ -22,8 +22,8 @@ macro_rules! declare_contents {
         $(#[$meta:meta])*
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
-        /// The elements of every buffer of a scene, in host memory, as they are uploaded at first. An empty `Vec` means that
-        /// the scene does not have such elements.
+        /// The elements of every buffer of a scene, in host memory, as they are when the buffers are first uploaded. An
+        /// empty `Vec` means that the scene does not have such elements.
         pub struct SceneContents {
             $($(#[$meta])* pub $name: Vec<$element>,)*
             /// Width and height of the environment in texels; zero for a scene without an environment.
@@ -32,13 +32,14 @@ macro_rules! declare_contents {
             pub environment_turn: Vec2,
         }
 
-        /// An upper bound of each buffer's size in bytes, known before any tree is built. `nodes` is 0, because the trees
-        /// decide the number of nodes; unless a mesh has very few triangles, its nodes take fewer bytes than its positions.
+        /// An upper bound of the size of each buffer in bytes. It is known before any tree is built, and decides how shaders
+        /// access the scene. `nodes` is 0, because the number of nodes is known only from the trees; unless a mesh has very
+        /// few triangles, its nodes take fewer bytes than its positions.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 
         impl BufferBytes {
-            /// The size of each buffer in bytes if it holds these numbers of elements.
+            /// The size of each buffer in bytes if the scene has these numbers of elements.
             pub fn of(counts: &ElementCounts) -> Self {
                 Self { $($name: {
                     let count: fn(&ElementCounts) -> u64 = $count;
@@ -52,16 +53,17 @@ macro_rules! declare_contents {
             }
         }
 
-        /// The buffers of a scene on the device.
+        /// All buffers of a scene on the device, and the table that describes them to shaders.
         pub struct SceneBuffers {
             $($(#[$meta])* pub $name: Buffer,)*
-            /// The uniform buffer with one [`SceneTable`]: the counts of elements and, with
-            /// [`GeometryAccess::BufferAddresses`], the address of each buffer.
+            /// The uniform buffer with one [`SceneTable`]: the numbers of elements, the size and rotation of the environment
+            /// and, with [`GeometryAccess::BufferAddresses`], the address of each buffer.
             table: Buffer,
         }
 
         impl SceneBuffers {
-            /// Uploads `contents` into new buffers, whose usage allows the access of shaders of `variant`.
+            /// Uploads `contents` into new buffers. `counts` are the numbers of elements for the table, and `variant`
+            /// decides the usages of the buffers: shaders of this variant can read them.
             ///
             /// # Errors
             /// A buffer exceeds a limit of the device or its free memory, or `variant` uses buffer addresses on a device
@@ -104,7 +106,8 @@ macro_rules! declare_contents {
 crate::shader_interface::scene_buffers!(declare_contents);
 
 impl SceneContents {
-    /// Assembles the initial contents of a scene's buffers. `epochs` must already have the nodes of the meshes' trees.
+    /// Collects the initial contents of all buffers of a scene. The nodes in `epochs` must already include those of the
+    /// meshes' trees, behind those of the trees over the instances.
     pub(super) fn new(
         materials: Materials,
         light_textures: Vec<GpuLightTexture>,
@@ -139,8 +142,9 @@ impl SceneContents {
 }
 
 impl SceneBuffers {
-    /// The name and the resource of each binding that shaders of `variant` have for the scene: the table, buffers that are
-    /// read as texels, and storage buffers. Buffers that shaders read by address are in the table only.
+    /// The name and the resource of each binding through which shaders of `variant` read the scene: the table, buffers that
+    /// are read as texels, and storage buffers. Buffers that shaders read by address have no binding; the table contains
+    /// their addresses.
     pub fn resources(&self, variant: Variant) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = vec![("scene", Resource::Uniform(&self.table))];
         for ((name, buffer), access) in self.named().into_iter().zip(BUFFERS) {
@@ -154,7 +158,8 @@ impl SceneBuffers {
     }
 }
 
-/// True if shaders read this buffer in groups of four words, so that [`Fetch`] decides whether groups are texels or words.
+/// True if shaders read the buffer with this name in groups of four 32-bit words. The [`Fetch`] of a variant decides
+/// whether these groups are read as texels or as words.
 pub fn is_fetched(name: &str) -> bool {
     name == LIGHT_BVH
         || BUFFERS
@@ -162,8 +167,8 @@ pub fn is_fetched(name: &str) -> bool {
             .any(|b| b.name == name && b.elements.are_words())
 }
 
-/// The usages that the buffer with this name needs for shaders of `variant`, in addition to that as a storage buffer: as
-/// texels, or as input of the driver's acceleration structures.
+/// The usages, besides that as a storage buffer, that the buffer with this name needs for shaders of `variant`: to be
+/// read as texels, or to be an input from which the driver builds acceleration structures.
 pub fn usage(name: &str, variant: Variant) -> Usage {
     Usage {
         texels: is_fetched(name) && variant.fetch == Fetch::Texels,

@@ -1,5 +1,6 @@
-//! The trees that a compute shader traverses: one over the triangles of each mesh and one over the instances. All trees are
-//! stored in one array of eight-wide compressed nodes, whose indices are absolute.
+//! The trees (bounding volume hierarchies) that a compute shader traverses: one over the triangles of each mesh and one
+//! over the instances. The nodes have up to eight children and are compressed. On the device, one array holds the nodes
+//! of all trees, and the indices in a node count from the start of the whole array.
 
 use crate::shader_interface::NONE;
 use glam::Vec3;
@@ -16,47 +17,50 @@ use obvhs::triangle::Triangle;
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 use std::time::Duration;
 
-/// A tree of eight-wide compressed nodes over triangles or boxes; node 0 is the root.
+/// A tree of compressed nodes with up to eight children, over triangles or boxes. Node 0 is the root.
 #[derive(Clone)]
 pub struct Tree {
-    /// The nodes. Indices of children are relative to this array, and indices of primitives are relative to `order`.
+    /// The nodes. In a node, indices of children count from the start of this array, and indices of primitives from the
+    /// start of `order`.
     pub nodes: Vec<CwBvhNode>,
-    /// The index of the primitive (triangle or box) at each position, in the order of the leaves.
+    /// The primitives (triangles or boxes) in the order of the leaves: for each position, the index of its primitive in the
+    /// input.
     pub order: Vec<u32>,
     /// The number of levels of inner nodes, including the root. It decides the size of the stack that a traversal needs.
     pub depth: u32,
 }
 
-/// Options of the builder for trees over triangles. Triangles are not split: each is in exactly one leaf, so that the leaf
-/// order is a permutation, and a hit identifies its triangle.
+/// Options of the builder for trees over triangles. Triangles are not split: each is in exactly one leaf, so that the
+/// order of the leaves is a permutation of the triangles, and a hit identifies its triangle.
 ///
-/// For 57,000 triangles, the preset `slow_build` takes 0.01 s longer than `medium_build`, and path tracing of `atrium`,
-/// `garage` and `night-city` spends 3 to 6 % less time on rays. `very_slow_build` takes another 0.05 s and saves another 1
-/// to 5 %.
+/// The build of a tree over 57,000 triangles takes 0.01 s longer with the preset `slow_build` than with `medium_build`,
+/// and path tracing of the scenes `atrium`, `garage` and `night-city` then spends 3 to 6 % less time on rays. With
+/// `very_slow_build`, the build takes another 0.05 s, and rays take another 1 to 5 % less time.
 ///
-/// A leaf holds at most two triangles. Larger leaves test more triangles per ray, while most lanes of the GPU are idle;
-/// smaller leaves make more nodes. With limits of 3, 2 and 1 triangles, the relative times of path tracing are 1, 0.95 and
-/// 0.97 in `atrium`; 1, 0.98 and 1.01 in `garage`; 1, 1.00 and 1.23 in `cornell`.
+/// A leaf holds at most two triangles. With larger leaves, a ray tests more triangles, while most lanes of the GPU are
+/// idle; smaller leaves make more nodes. With limits of 3, 2 and 1 triangles, the relative times of path tracing are 1,
+/// 0.95 and 0.97 in `atrium`; 1, 0.98 and 1.01 in `garage`; 1, 1.00 and 1.23 in `cornell`.
 const TRIANGLES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 2,
     ..BvhBuildParams::slow_build()
 };
-/// Options of the builder for trees over instances. A leaf holds one instance, since a ray that enters an instance must be
-/// transformed.
+/// Options of the builder for trees over instances. A leaf holds one instance: with more, a ray would enter instances
+/// whose boxes it misses, and transforming the ray into an instance is expensive.
 const INSTANCES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 1,
     ..BvhBuildParams::medium_build()
 };
 
-/// The number of equal boxes above which [`halved`] builds the tree, instead of the library's builder. The builder merges
-/// pairs of nearest boxes; among equal boxes it finds few pairs per round, so that its time is quadratic in their count
-/// (hours for a million boxes). Rays traverse a halved tree more slowly.
+/// If more boxes than this are equal, [`halved`] builds the tree instead of the library's builder. The builder merges
+/// pairs of nearest boxes; among equal boxes it finds few pairs per round, so that its time is quadratic in their number
+/// (hours for a million boxes). A tree of [`halved`] is slower to traverse.
 const MAX_EQUAL_BOXES: usize = 1000;
 
 impl Tree {
-    /// Builds the tree over a mesh's triangles, given their corners. Without triangles, the tree is a root without children.
+    /// Builds the tree over the triangles of a mesh. `corners` lists the three corner positions of each triangle. Without
+    /// triangles, the tree is a root without children.
     pub fn over_triangles(corners: &[[Vec3; 3]]) -> Self {
         let boxes: Vec<Aabb> = corners
             .iter()
@@ -86,8 +90,8 @@ impl Tree {
         ))
     }
 
-    /// Builds the tree over boxes (min, max), such as those of instances. Without boxes, the tree is a root without
-    /// children.
+    /// Builds the tree over boxes, each given as (smallest corner, largest corner), such as those of instances. Without
+    /// boxes, the tree is a root without children.
     pub fn over_boxes(boxes: &[(Vec3, Vec3)]) -> Self {
         if boxes.is_empty() {
             return Self::empty();
@@ -99,9 +103,9 @@ impl Tree {
         Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
     }
 
-    /// Builds the tree over boxes (min, max) with at most `max_depth` levels of inner nodes. The limit must be at least
-    /// [`balanced_depth`] of the number of boxes. If the fast tree is deeper, a balanced one replaces it, which rays
-    /// traverse more slowly.
+    /// Builds the tree over boxes (smallest corner, largest corner) with at most `max_depth` levels of inner nodes, because
+    /// the stack of the traversal is limited. If the tree of [`Self::over_boxes`] has more levels, a balanced tree replaces
+    /// it, which is slower to traverse. `max_depth` must be at least [`balanced_depth`] of the number of boxes.
     pub fn over_boxes_within(boxes: &[(Vec3, Vec3)], max_depth: u32) -> Self {
         let tree = Self::over_boxes(boxes);
         if tree.depth <= max_depth {
@@ -110,7 +114,7 @@ impl Tree {
         Self::balanced(&aabbs(boxes))
     }
 
-    /// Builds the eight-wide tree over boxes from a binary tree with the minimum number of levels.
+    /// Builds the eight-wide tree over boxes from the binary tree of [`halved`], which has the minimum number of levels.
     fn balanced(boxes: &[Aabb]) -> Self {
         Self::from_built(bvh2_to_cwbvh(&halved(boxes), 1, true, false))
     }
@@ -133,8 +137,8 @@ impl Tree {
         }
     }
 
-    /// Copies the nodes for an array that holds several trees: indices of children are increased by `first_node`, and
-    /// indices of primitives by `first_primitive`.
+    /// The nodes, changed for an array that holds several trees: `first_node` is added to the indices of children, and
+    /// `first_primitive` to the indices of primitives.
     pub fn placed(&self, first_node: u32, first_primitive: u32) -> impl Iterator<Item = CwBvhNode> {
         self.nodes.iter().map(move |node| CwBvhNode {
             child_base_idx: node.child_base_idx + first_node,
@@ -144,21 +148,23 @@ impl Tree {
     }
 }
 
-/// A node of a binary tree in depth-first order: the first child of an inner node directly follows it in the array.
+/// A node of a binary tree over boxes, whose nodes are stored in depth-first order: the first child of an inner node
+/// directly follows it in the array. Light BVHs are made from such trees.
 #[derive(Clone, Copy, Debug)]
 pub struct BinaryNode {
-    /// The smallest x, y and z of the node's box.
+    /// The smallest x, y and z of the node's box, in the space of the input boxes.
     pub low: Vec3,
-    /// The largest x, y and z of the node's box.
+    /// The largest x, y and z of the node's box, in the space of the input boxes.
     pub high: Vec3,
-    /// The index of the node after the last descendant. A walk that skips the descendants continues there. For a first
-    /// child, it is the index of the second child.
+    /// The index of the first node in the array that is not a descendant of this node, where a walk continues that skips the
+    /// descendants. For a first child, it is the index of the second child.
     pub next: u32,
-    /// The index of the single box in a leaf; NONE for an inner node.
+    /// For a leaf, the index of its box in the input; NONE for an inner node.
     pub primitive: u32,
 }
 
-/// Builds a binary tree over boxes (min, max), one per leaf, with nodes in depth-first order; empty if there are no boxes.
+/// Builds a binary tree over boxes (smallest corner, largest corner), with one box per leaf. Returns the nodes in
+/// depth-first order; there are none without boxes.
 pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     if boxes.is_empty() {
         return Vec::new();
@@ -195,8 +201,8 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     nodes
 }
 
-/// True if a box occurs more than [`MAX_EQUAL_BOXES`] times. Sorting the boxes' hashes is faster than counting boxes in a
-/// map.
+/// True if one and the same box occurs more than [`MAX_EQUAL_BOXES`] times. The hashes of the boxes are sorted, because
+/// this is faster than counting the boxes in a map.
 fn many_are_equal(boxes: &[Aabb]) -> bool {
     if boxes.len() <= MAX_EQUAL_BOXES {
         return false;
@@ -219,18 +225,20 @@ fn aabbs(boxes: &[(Vec3, Vec3)]) -> Vec<Aabb> {
         .collect()
 }
 
-/// The maximum number of nodes of an eight-wide tree over `count` boxes. Each node has two or more children, except a lone
-/// root.
+/// The maximum number of nodes of an eight-wide tree over `count` boxes; moving scenes reserve memory for so many. Each
+/// node has two or more children; only a root without other nodes may have fewer.
 pub fn max_nodes(count: usize) -> usize {
     count.saturating_sub(1).max(1)
 }
 
-/// The maximum number of levels that a balanced eight-wide tree over `count` boxes has.
+/// The maximum number of levels of inner nodes in a balanced eight-wide tree over `count` boxes. For a moving scene, the
+/// stack of the traversal has room for at least this number of levels of the tree over the instances.
 pub fn balanced_depth(count: usize) -> u32 {
     count.next_power_of_two().ilog2().max(1)
 }
 
-/// Builds the binary tree over boxes with the minimum number of levels: each node is divided into halves of equal count.
+/// Builds the binary tree with the minimum number of levels over boxes: the boxes of each node are divided into two
+/// halves of equal number.
 fn halved(boxes: &[Aabb]) -> Bvh2 {
     let mut nodes = vec![Bvh2Node::default()];
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
@@ -242,9 +250,9 @@ fn halved(boxes: &[Aabb]) -> Bvh2 {
     }
 }
 
-/// Fills the binary node with the index `at` and makes its descendants. `items` are the indices of its boxes; the first one
-/// has the position `first` in the order of all leaves. The items are sorted along the longest axis and divided into halves
-/// of equal count.
+/// Fills the binary node with the index `at` and makes its descendants. `items` are the indices of its boxes; the first
+/// one has the position `first` in the order of all leaves. The items are sorted by the centres of their boxes along the
+/// longest axis, and divided into two halves of equal number.
 fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32], first: u32) {
     let around = |bounds: Aabb, item: &u32| bounds.union(&boxes[*item as usize]);
     let bounds = items.iter().fold(Aabb::empty(), around);
@@ -263,7 +271,8 @@ fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32]
     halve(nodes, children + 1, boxes, high, first + low.len() as u32);
 }
 
-/// The number of levels of inner nodes in an eight-wide tree, with the root. In `nodes`, parents must come before children.
+/// The number of levels of inner nodes in an eight-wide tree, including the root. In `nodes`, a parent must come before
+/// its children.
 fn depth(nodes: &[CwBvhNode]) -> u32 {
     let mut levels = vec![1_u32; nodes.len()];
     let mut deepest = 1;

@@ -1,4 +1,5 @@
-//! The environment as shaders read it: its texels, and the alias table from which light samples draw texels.
+//! The environment (light from infinitely far away) as shaders read it: its texels, and the alias table with which light
+//! samples draw a texel at random.
 
 use super::units::Units;
 use crate::scene::Environment;
@@ -6,19 +7,22 @@ use crate::scene::lights::{AliasTable, luminance};
 use glam::{UVec2, Vec2, Vec4};
 use std::f64::consts::{PI, TAU};
 
-/// The fraction of light samples of the environment that is uniform over the sphere; the others follow the radiance of
-/// texels. It gives dark texels a probability that 32 random bits can select, so that light samples miss no part of the
-/// environment.
+/// The fraction of light samples of the environment that are uniform over the sphere of directions; the others are drawn
+/// in proportion to the radiance of texels. It gives dark texels a probability that 32 random bits can select, so that
+/// light samples miss no part of the environment.
 const UNIFORM_FRACTION: f64 = 0.02;
 
-/// The data of the environment on the device; all arrays are empty and sizes 0 for a scene without an environment.
+/// The data of the environment for the device. For a scene without an environment, all arrays are empty and the size is
+/// 0.
 #[derive(Clone, Debug, Default)]
 pub struct EnvironmentTexels {
-    /// One entry per texel, by rows: red, green and blue hold the radiance in the device's unit. The fourth component is the
-    /// probability density of points in the texel, per square radian of longitude × latitude.
+    /// One entry per texel, row by row from the zenith: red, green and blue are the radiance in the device's unit. The
+    /// fourth component is the probability density with which light samples draw points in the texel, per square radian of
+    /// longitude × latitude.
     pub texels: Vec<Vec4>,
-    /// The alias table that draws texels, with one column per texel. If 32 random bits are below the column's first number,
-    /// its own texel is drawn; otherwise the texel whose index is the second number.
+    /// The alias table that draws texels, with one entry per texel. A draw picks an entry at random. If 32 random bits are
+    /// below the first number of the entry, the entry's own texel is drawn; otherwise the texel whose index is the second
+    /// number.
     pub columns: Vec<UVec2>,
     /// The width and the height of the environment in texels.
     pub size: UVec2,
@@ -27,7 +31,8 @@ pub struct EnvironmentTexels {
 }
 
 impl EnvironmentTexels {
-    /// Prepares an environment: converts its radiance to the device's unit, and builds the alias table.
+    /// Prepares an environment for the device: multiplies its radiance by its intensity, converts the radiance to the
+    /// device's unit, and builds the alias table.
     pub fn of(environment: &Environment, units: &Units) -> Self {
         let (width, height) = (environment.width, environment.height);
         let means = environment.means();

@@ -1,4 +1,5 @@
-//! A scene that moves, stored in two epochs: each buffer holds the current frame's elements, then the previous frame's.
+//! A scene that moves, stored in two epochs, which are the current and the previous frame. Each buffer that depends on
+//! time holds the elements of the current frame, then those of the previous frame.
 
 use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
@@ -10,31 +11,34 @@ use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};
 
-/// The contents of the buffers that depend on time. Each array holds the elements of the current epoch (frame) and, if
-/// something moves, then those of the previous epoch; exceptions are stated.
+/// The contents of the buffers that depend on time. Unless its comment states otherwise, each array holds the elements of
+/// the current epoch (frame) and, if something moves, then those of the previous epoch (frame).
 pub struct EpochContents {
     /// The nodes of the trees over the instances: one tree for the current frame and, if something moves, one for the
-    /// previous frame. The nodes of the meshes' trees are appended later.
+    /// previous frame. Later the nodes of the meshes' trees, which do not depend on time, are appended.
     pub nodes: Vec<CwBvhNode>,
-    /// For each leaf of the trees over the instances, in leaf order, the index of its instance in `instances`.
+    /// For each leaf of the trees over the instances, in the order of the leaves, the index of the leaf's instance in
+    /// `instances`.
     pub top_instances: Vec<u32>,
-    /// All traced instances with the transforms of the current frame and, if something moves, once more with those of the
-    /// previous frame.
+    /// All instances that rays can meet, with their transforms in the current frame and, if something moves, once more with
+    /// those in the previous frame.
     pub instances: Vec<GpuInstance>,
     /// All emissive triangles in the device's world space, as they are in the current frame and, if something moves, once
     /// more as they were in the previous frame.
     pub lights: Vec<GpuLight>,
-    /// All punctual lights as they are in the current frame and, if something moves, once more as they were in the previous
-    /// frame.
+    /// All punctual lights, in the device's world space and units, as they are in the current frame and, if something moves,
+    /// once more as they were in the previous frame.
     pub punctual_lights: Vec<GpuPunctualLight>,
-    /// The alias tables that select lights, of the current frame only: over all lights and, if some lights are rare (far
-    /// dimmer than the others), over the lights that are not rare, then over the rare lights.
+    /// Alias tables that draw lights; they are of the current frame only. The first draws from all lights. If some lights
+    /// are rare (far dimmer than the others, and sampled separately), two more follow: one draws the lights that are not
+    /// rare, and one draws the rare lights.
     pub light_choices: Vec<GpuLightChoice>,
 }
 
 impl EpochContents {
-    /// Assembles the contents for one pose, or for the current and the previous pose. `room` is the number of nodes that are
-    /// reserved for each pose's tree over the instances. The nodes of the meshes' trees will follow the last of these trees.
+    /// Assembles the contents from one pose (state of the scene at one time), or from the poses of the current and the
+    /// previous frame. `room` is the number of nodes that are reserved for each pose's tree over the instances. The roots of
+    /// meshes' trees are set as if their nodes follow the last of these trees.
     pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
@@ -79,36 +83,40 @@ impl EpochContents {
     }
 }
 
-/// A scene that moves, with its poses in the current and in the previous frame.
+/// A scene that moves, with its poses (states at one time) in the current and in the previous frame.
 pub struct MovingScene {
     motion: Motion,
     poser: ScenePoser,
-    /// The number of nodes that are reserved for the tree over the instances of each epoch (current or previous frame). It
-    /// is also the index of the root of the previous frame's tree in the buffer `nodes`.
+    /// The number of nodes that are reserved for the tree over the instances in each of the two epochs (current and previous
+    /// frame). It is also the index of the root of the previous frame's tree in the buffer `nodes`.
     pub room: usize,
-    /// The number of instances in the scene, counted before static instances are merged.
+    /// The number of instances in the original scene, before static meshes are merged.
     instance_count: usize,
-    /// The pose of the current frame, then the pose of the previous frame, as the device's buffers hold them.
+    /// The pose of the current frame, then the pose of the previous frame. They are the poses that the device's buffers
+    /// contain.
     poses: Mutex<[ScenePose; 2]>,
 }
 
-/// The result of a change of time: the poses, and the parts of the device's data that must be updated.
+/// The result of a change of time: the poses (states of the scene at one time), and which parts of the device's data must
+/// be updated.
 pub struct PoseChange<'a> {
-    /// The pose of the current frame, then the pose of the previous frame. The lock keeps other threads from changing them
-    /// until the device has been updated.
+    /// The pose of the current frame, then the pose of the previous frame. While this guard exists, other threads cannot
+    /// change them; it must exist until the device has been updated.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
     /// True if the pose that was current is now the previous one, so that its acceleration structure can be reused.
     pub advanced: bool,
-    /// One flag per pose (current, previous): true if this change computed it, so that its acceleration structure must be
-    /// rebuilt.
+    /// One flag for the current and one for the previous pose: true if this change computed the pose anew, so that its
+    /// acceleration structure must be rebuilt.
     pub new: [bool; 2],
-    /// For each instance of the scene, the transform of its points on the device from the current to the previous frame.
+    /// For each instance of the original scene, the transform that takes a point of the instance, in the device's world
+    /// space, from its current position to its position in the previous frame.
     pub previous_transforms: Vec<GpuPreviousTransform>,
 }
 
 impl MovingScene {
-    /// Makes a moving scene of `instance_count` instances (before merging). At first `pose` is both its current and its
-    /// previous pose. `room` is the number of nodes reserved for each pose's tree over the instances.
+    /// Makes a moving scene with `instance_count` instances, counted before static meshes are merged. At first `pose` is
+    /// both its current and its previous pose. `room` is the number of nodes reserved for each pose's tree over the
+    /// instances.
     pub fn new(
         motion: Motion,
         poser: ScenePoser,
@@ -125,7 +133,8 @@ impl MovingScene {
         }
     }
 
-    /// Sets the times of the current frame (`now`) and the previous frame (`before`), in seconds. `None` if nothing changes.
+    /// Sets the times of the current frame (`now`) and of the previous frame (`before`), in seconds, and computes the poses
+    /// that are missing. Returns `None` if both times are already set.
     ///
     /// # Errors
     /// At one of the times, the transform of an instance or punctual light is not finite or reaches further than can be
@@ -161,8 +170,8 @@ impl MovingScene {
         }))
     }
 
-    /// The lights of the current pose, and the time of that pose in seconds. Returns `None` if that time is `known`, because
-    /// the caller then has these lights already.
+    /// The lights of the current pose, and the time of that pose in seconds. `known` is the time of the lights that the
+    /// caller has: if it is the time of the pose, returns `None`.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -171,7 +180,8 @@ impl MovingScene {
         Ok((now.time != known).then(|| (now.lights.clone(), now.time)))
     }
 
-    /// For each instance of the scene, the transform of its points on the device from the current to the previous frame.
+    /// For each instance of the original scene, the transform that takes a point of the instance, in the device's world
+    /// space, from its current position to its position in the previous frame.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.

@@ -1,4 +1,6 @@
-//! The meshes of a scene as arrays of triangles, which are in the order of the leaves of the tree that is traced in compute.
+//! The triangles of a scene's meshes, in the arrays that are uploaded for shaders. If a compute shader traces rays through a
+//! tree, the triangles of each mesh are in the order of the leaves of that tree. With ray queries, they keep the order of
+//! the mesh.
 
 use super::compute_bvh::Tree;
 use super::merge_static::TracedScene;
@@ -9,68 +11,83 @@ use crate::shader_interface::NONE;
 use glam::{DAffine3, DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
-/// The positions of one mesh in the arrays of [`Geometry`], and the transform from its stored positions to its object space.
+/// The place of one mesh in the arrays of [`Geometry`], with the properties of the mesh that all its instances share.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshOffsets {
     /// The index of the mesh's first triangle in [`Geometry::positions`].
     pub first_triangle: u32,
-    /// The number of triangles of the mesh.
+    /// The number of triangles of the mesh, which are consecutive in [`Geometry::positions`].
     pub triangle_count: u32,
-    /// The index of the mesh's first triangle of corner normals in [`Geometry::corner_directions`]; NONE for flat shading.
+    /// The index in [`Geometry::corner_directions`] of the corner normals of the mesh's first triangle; NONE for a mesh
+    /// without normals, which is shaded flat.
     pub first_normal: u32,
-    /// For each set of texture coordinates, the index of the mesh's first triangle in [`Geometry::uvs`]; NONE without the
-    /// set.
+    /// The index in [`Geometry::uvs`] of the texture coordinates of the mesh's first triangle: x for the first set of
+    /// texture coordinates, y for the second set. It is NONE for a set that the mesh lacks.
     pub first_uvs: UVec2,
-    /// The index of the mesh's first triangle in [`Geometry::colors`]; NONE for a mesh without vertex colours.
+    /// The index in [`Geometry::colors`] of the vertex colours of the mesh's first triangle; NONE for a mesh without vertex
+    /// colours.
     pub first_color: u32,
-    /// The index of the mesh's first triangle of corner tangents in [`Geometry::corner_directions`]; NONE without tangents.
+    /// The index in [`Geometry::corner_directions`] of the corner tangents of the mesh's first triangle; NONE for a mesh
+    /// without tangents.
     pub first_tangent: u32,
-    /// The index of the mesh's first triangle in [`Geometry::parts`]; NONE for a mesh that has one part, does not emit, and
-    /// is not merged.
+    /// The index of the mesh's first triangle in [`Geometry::parts`]. It is NONE for a mesh with one part (run of triangles
+    /// with one material) that never emits and was not merged from several meshes. The instance then states the material.
     pub first_part: u32,
-    /// The index of the root of the mesh's tree in [`Geometry::nodes`]; 0 if the driver builds its own trees.
+    /// The index in [`Geometry::nodes`] of the root of the tree over the mesh's triangles; 0 if the driver builds the trees,
+    /// for ray queries.
     pub root_node: u32,
-    /// True if every material of the mesh is opaque, so that rays never have to test the coverage of a hit.
+    /// True if every material of the mesh is opaque, so that no ray has to test the alpha of a hit.
     pub opaque: bool,
-    /// The number of the mesh's triangles that emit light at some time.
+    /// The number of the mesh's triangles that emit light at some time. Each instance of the mesh has so many emissive
+    /// triangles in the list of lights.
     pub lights: u32,
-    /// The transform from stored positions to object space: a scale, and a translation if the mesh is far from its own
-    /// origin.
+    /// The transform from the stored positions in [`Geometry::positions`] to the mesh's object space. A mesh of extreme size
+    /// is stored scaled, and a mesh far from its own origin is stored translated, so that f32 is precise enough. For other
+    /// meshes the transform is the identity.
     pub to_object: DAffine3,
-    /// The smallest and the largest coordinates of the stored positions.
+    /// The smallest and the largest x, y and z of the mesh's stored positions, before `to_object` is applied.
     pub bounds: (Vec3, Vec3),
 }
 
-/// The triangles of all meshes, one mesh after the other. Arrays of optional attributes leave out meshes that lack them.
+/// The triangles of all meshes, and the trees over them. In an array with entries per triangle, one mesh follows the other.
+/// An array of an optional attribute, such as vertex colours, has no entries for a mesh that lacks the attribute.
 #[derive(Default)]
 pub struct Geometry {
-    /// The positions of the three corners of each triangle, scaled and translated as [`MeshOffsets::to_object`] states.
+    /// The stored positions of the three corners of each triangle. [`MeshOffsets::to_object`] converts stored positions to
+    /// the object space of the mesh; for most meshes it is the identity.
     pub positions: Vec<[Vec3; 3]>,
-    /// Three octahedral unit vectors per triangle, packed by [`pack_octahedral`]: the corner normals of smooth meshes, and
-    /// the corner tangents of meshes with normal maps. The lowest bit of a tangent is 1 if the bitangent has a negative
-    /// sign.
+    /// Three unit vectors in object space per triangle, packed by [`pack_octahedral`]: the corner normals of each mesh that
+    /// has normals, and the corner tangents of each mesh with normal maps. The tangents of a mesh follow the normals of all
+    /// its triangles. The lowest bit of a tangent is 1 if the sign of the bitangent is negative.
     pub corner_directions: Vec<UVec3>,
-    /// The texture coordinates of the three corners of each triangle, for meshes that have them: one set after the other.
+    /// The texture coordinates of the three corners of each triangle. A mesh with two sets has two entries per triangle:
+    /// first those of all its triangles for the first set, then those for the second set.
     pub uvs: Vec<[Vec2; 3]>,
-    /// The vertex colours of each triangle's three corners, for meshes that have them: RGBA with 16 bits per channel.
+    /// The colours of the three corners of each triangle, for meshes with vertex colours. Each colour is RGBA in [0, 1] with
+    /// 16 bits per channel, from the lowest bits of its first word.
     pub colors: Vec<[UVec2; 3]>,
-    /// For each triangle of a mesh that has several parts or lights, or is merged: the index of its material, its rank among
-    /// the mesh's emissive triangles (NONE if it does not emit), and the offset that is added to the index of the instance.
+    /// Three numbers per triangle, for each mesh that has several parts (runs of triangles with one material), emits light,
+    /// or was merged from several meshes. They are the index of the material, the rank among the mesh's emissive triangles
+    /// (NONE if the triangle never emits), and an offset. The offset plus `GpuInstance::id` is the index of the scene's
+    /// instance.
     pub parts: Vec<UVec3>,
-    /// The eight-wide nodes of all meshes' trees; empty if the driver builds its own trees. Indices of children count from
-    /// the start of this array, and indices of triangles from the start of `positions`.
+    /// The eight-wide nodes of the trees over all meshes' triangles; empty if the driver builds the trees, for ray queries.
+    /// Indices of child nodes count from the start of this array, and indices of triangles from the start of `positions`.
     pub nodes: Vec<CwBvhNode>,
-    /// For each stored triangle, its index among the triangles of its mesh before they were put into leaf order.
+    /// For each triangle in `positions`, its index in [`Mesh::triangles`], that is, before the triangles were put into the
+    /// order of the tree's leaves.
     pub order: Vec<u32>,
-    /// One entry per mesh: its positions in the arrays.
+    /// One entry per mesh of the traced scene, in the same order: where its data begin in the other arrays.
     pub meshes: Vec<MeshOffsets>,
-    /// The number of levels of the deepest mesh tree; 0 if the driver builds its own trees.
+    /// The number of levels of the deepest tree over a mesh, from which the size of the traversal's stack is computed; 0 if
+    /// the driver builds the trees.
     pub depth: u32,
 }
 
 impl Geometry {
-    /// Stores every mesh. With `trees`, a tree is built over each mesh, and its triangles are stored in leaf order;
-    /// otherwise they keep the order of the mesh.
+    /// Stores the triangles of every mesh of the traced scene. If `trees` is true, a tree for tracing in compute is built
+    /// over each mesh, and the mesh's triangles are stored in the order of the leaves. Otherwise they are stored in the
+    /// order of [`Mesh::triangles`].
     pub fn new(traced: &TracedScene<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
         let emitters = Emitters::new(&traced.scene, &traced.emitter_materials);
@@ -80,7 +97,8 @@ impl Geometry {
         geometry
     }
 
-    /// For each triangle of the mesh, in the order of the scene, its position among the stored triangles of that mesh.
+    /// For each triangle of the mesh with the index `mesh`, in the order of [`Mesh::triangles`]: its index among the stored
+    /// triangles of the mesh, where 0 is [`MeshOffsets::first_triangle`].
     pub fn traced_index(&self, mesh: u32) -> Vec<u32> {
         let offsets = self.meshes[mesh as usize];
         let first = offsets.first_triangle as usize;
@@ -205,12 +223,12 @@ impl Geometry {
     }
 }
 
-/// The extent of a mesh (2⁴⁰) up to which positions are stored without a scale; its reciprocal is the lower limit. In
-/// between, products of two coordinates stay within the range of f32 without losing digits.
+/// The limit of the size of a mesh that is stored without a scale: the longest side of its box is at least 2⁻⁴⁰ and below
+/// 2⁴⁰, in units of the mesh. Products of two such coordinates stay within the range of f32 without losing digits.
 const ORDINARY: f32 = (1_u64 << 40) as f32;
 
-/// The length, in units of the mesh, that is 1 in its stored positions. It is a power of two, and 1 unless products of two
-/// coordinates could leave the range of f32. `extent` is the longest side of the mesh's box.
+/// The length, in units of the mesh, that is stored as 1. It is a power of two, and 1 unless products of two coordinates
+/// could leave the range of f32. `extent` is the longest side of the box around the mesh, in units of the mesh.
 fn unit_of(extent: f32) -> f32 {
     if (ORDINARY.recip()..ORDINARY).contains(&extent) {
         return 1.0;
@@ -226,7 +244,8 @@ fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
         .unwrap_or_default()
 }
 
-/// Packs red, green, blue and alpha in [0, 1] with 16 bits each, from the lowest bits of the first word.
+/// Packs a colour with channels in [0, 1] as 16 bits per channel: red and green in the lower and upper half of the first
+/// word, blue and alpha in those of the second word.
 fn pack_color(color: Vec4) -> UVec2 {
     let steps = (color * 65535.0).round();
     let [r, g, b, a] = steps.to_array().map(|step| step as u32);
@@ -234,13 +253,14 @@ fn pack_color(color: Vec4) -> UVec2 {
 }
 
 /// Packs the direction of a tangent by [`pack_octahedral`], and sets the lowest bit to 1 if `tangent.w`, the sign of the
-/// bitangent, is negative. A zero tangent becomes +X, because it belongs to a vertex without a normal map.
+/// bitangent, is negative. A tangent of length 0 becomes +X: its vertex has no normal map, so that shaders never read it.
 fn pack_tangent(tangent: Vec4) -> u32 {
     let direction = tangent.truncate().try_normalize().unwrap_or(Vec3::X);
     pack_octahedral(direction) & !1 | u32::from(tangent.w < 0.0)
 }
 
-/// Packs a unit vector as two signed 16-bit octahedral coordinates, the first in the lower half (Cigolle et al., JCGT 2014).
+/// Packs a unit vector as two octahedral coordinates (Cigolle et al., JCGT 2014). Each is a signed 16-bit integer; the first
+/// is in the lower half of the word.
 pub fn pack_octahedral(normal: Vec3) -> u32 {
     let n = normal / normal.abs().element_sum();
     let folded = if n.z >= 0.0 {

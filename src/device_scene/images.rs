@@ -5,8 +5,8 @@ use crate::gpu::{Device, DeviceInfo, SampledImage};
 use crate::scene::Scene;
 use std::sync::Arc;
 
-/// The number of a pass's bindings that is reserved for resources other than images, because the device limits the sum of
-/// both. A larger value allows fewer images.
+/// The number of bindings in a pass that are reserved for resources other than images. The device limits the sum of images
+/// and other resources, so a larger value allows scenes with fewer images.
 const OTHER_BINDINGS: u64 = 64;
 
 /// The count and the largest sizes of a scene's images, which are compared with the device's limits before the upload.
@@ -16,12 +16,12 @@ pub struct ImageSizes {
     pub count: u64,
     /// The longest width or height of any image, in texels; 0 without images.
     pub max_side: u32,
-    /// The size of the largest image in bytes; 0 without images.
+    /// The size in bytes of the texels of the largest image; 0 without images.
     pub max_bytes: u64,
 }
 
 impl ImageSizes {
-    /// Measures the images of a scene.
+    /// Counts the images of a scene, and finds their largest sizes.
     pub fn of(scene: &Scene) -> Self {
         let images = || scene.images.iter();
         let max_side = images().map(|image| image.width.max(image.height)).max();
@@ -35,7 +35,8 @@ impl ImageSizes {
         }
     }
 
-    /// Describes the limit of the device that the images exceed; `None` if the device can bind and hold all of them.
+    /// A phrase, for reports and errors, about the first limit of the device that the images exceed: on their number, the
+    /// longest side, or the bytes of one image. `None` if they exceed no limit, so that shaders can sample them.
     pub(super) fn excess(&self, device: &DeviceInfo) -> Option<String> {
         let most = u64::from(device.max_sampled_images).saturating_sub(OTHER_BINDINGS);
         if self.count > most {

@@ -14,12 +14,15 @@ use crate::shader_interface::{
 use glam::{DAffine3, UVec3, Vec3};
 use std::collections::HashMap;
 
-/// The part of a scene's lights that does not depend on time. [`LightSources::placed`] makes the lights at one time from it.
+/// The data of a scene's lights that do not depend on time. [`LightSources::placed`] computes the lights at one time from
+/// them.
 pub struct LightSources {
-    /// The emissive triangles in object space, in the order in which shaders index them.
+    /// The emissive triangles in object space, in the order in which shaders index them: by instance, then by index in the
+    /// mesh.
     pub emitter_triangles: Vec<EmitterTriangle>,
-    /// [`GpuLight::primitive`] of each emissive triangle. For a material with alpha mode mask, it is the index of the
-    /// triangle in its mesh, in the order in which the device stores triangles; otherwise NONE.
+    /// [`GpuLight::primitive`] of each emissive triangle, with which shaders look up the alpha at a point of the light. For
+    /// a material with alpha mode mask, it is the index of the triangle in its mesh, in the order in which the device stores
+    /// triangles. For other materials it is NONE.
     primitives: Vec<u32>,
     materials: Vec<Material>,
     punctual: Vec<PunctualLight>,
@@ -27,39 +30,42 @@ pub struct LightSources {
     /// a scene without an environment.
     environment_mean: Option<f64>,
     light_powers: LightPowers,
-    /// The lights that are rare (far dimmer than the others); `None` if no light is rare.
+    /// The classification of the lights into rare ones (far dimmer than the others) and ordinary ones; `None` if no light is
+    /// rare.
     rare: Option<RareLights>,
 }
 
-/// The lights of a scene at one time in the device's units, with the tables that select among them.
+/// The lights of a scene at one time in the device's units, with the alias tables that select among them.
 #[derive(Clone, Default)]
 pub struct Lights {
-    /// The emissive triangles in the device's world space.
+    /// The emissive triangles in the device's world space, in the order in which shaders index them.
     pub triangles: Vec<GpuLight>,
     /// The punctual lights in the device's world space.
     pub punctual: Vec<GpuPunctualLight>,
-    /// The alias table that selects among all lights by power: triangles, then punctual lights, then the environment.
+    /// The alias table that selects a light in proportion to its power, apart from the fraction [`UNIFORM_FRACTION`] of
+    /// draws. It has one column per light of all kinds: triangles, then punctual lights, then the environment.
     pub choices: Vec<GpuLightChoice>,
-    /// The alias table over all lights in which rare lights (far dimmer than the others) have the probability 0, since they
-    /// have separate candidates. Empty if no light is rare.
+    /// The alias table over all lights that draws ordinary candidates. Rare lights (far dimmer than the others) have the
+    /// probability 0 in it, because separate candidates are drawn from them. Empty if no light is rare.
     pub common_choices: Vec<GpuLightChoice>,
     /// The alias table over all lights that draws the separate candidates of rare lights (far dimmer than the others). All
-    /// rare emitters are equally likely, and other lights have the probability 0. Empty if no light is rare.
+    /// rare emitters are equally likely, however many triangles they have, and other lights have the probability 0. Empty if
+    /// no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
     /// One flag per light of all kinds: true if the light is rare, that is, far dimmer than the others. Empty if no light is
     /// rare.
     pub rare: Vec<bool>,
-    /// The power of each light of all kinds, divided by π, in the device's units. The sum over distant lights is limited to
-    /// the sum over all other lights.
+    /// The power of each light of all kinds, divided by π, in the device's units. Distant lights (directional lights and the
+    /// environment) are scaled down so that their sum does not exceed the sum of all other lights.
     pub powers: Vec<f64>,
-    /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance. It
-    /// is 0 if none of them has power.
+    /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance; 0
+    /// if none of them has power. The light that a pixel's first BSDF ray finds is measured relative to it.
     pub mean_luminance: f32,
 }
 
 impl Lights {
-    /// True if the scene has rare lights: lights that are far dimmer than the others, and are sampled separately if the
-    /// settings ask for it.
+    /// True if the scene has rare lights, which are far dimmer than the others. If the settings ask for it, separate
+    /// candidates are drawn from them.
     pub fn has_rare(&self) -> bool {
         !self.rare.is_empty()
     }
@@ -69,13 +75,15 @@ impl Lights {
         self.rare.get(index).is_some_and(|is_rare| *is_rare)
     }
 
-    /// The probability with which [`Lights::choices`] selects a directional light or the environment, in [0, 1].
+    /// The probability, in [0, 1], that a draw from [`Lights::choices`] selects a directional light or the environment,
+    /// which the light BVH does not contain.
     pub fn distant_fraction(&self) -> f32 {
         let distant = (0..self.choices.len()).filter(|index| self.is_distant(*index));
         distant.map(|index| self.choices[index].probability).sum()
     }
 
-    /// True if the light with this index among the lights of all kinds is a directional light or the environment.
+    /// True if the light with this index among the lights of all kinds is a directional light or the environment. Such
+    /// lights have no position, and are not in the light BVH.
     pub fn is_distant(&self, index: usize) -> bool {
         let punctual = index.checked_sub(self.triangles.len());
         punctual.is_some_and(|index| {
@@ -86,8 +94,9 @@ impl Lights {
 }
 
 impl LightSources {
-    /// Collects the lights of a scene. `emitter_materials` is true for each material that emits at any time. For a mesh,
-    /// `traced_index` returns the position of each triangle in the order in which the device stores the mesh.
+    /// Collects the lights of a scene. `emitter_materials` has one entry per material: true if it emits at any time.
+    /// `traced_index` is called with the index of a mesh; for each triangle of the mesh, it returns the triangle's index in
+    /// the order in which the device stores the mesh.
     pub fn of(
         scene: &Scene,
         emitter_materials: &[bool],
@@ -132,9 +141,9 @@ impl LightSources {
         sources
     }
 
-    /// Computes the lights at one time. `transform_of` gives the current transform of an instance. `emission` lists
-    /// materials by index with their current emission, and `moved` punctual lights by index with their current transform;
-    /// all others are as in the scene.
+    /// Computes the lights at one time. `transform_of` returns the current transform of an instance, from object to world
+    /// space. `emission` has pairs of the index of a material and its current emission, `moved` pairs of the index of a
+    /// punctual light and its current transform. All other materials and punctual lights are as in the scene.
     pub fn placed(
         &self,
         transform_of: impl Fn(u32) -> DAffine3,
@@ -193,9 +202,9 @@ impl LightSources {
     }
 }
 
-/// Limits the total power of distant lights (directional lights and the environment) to the total power of all other lights,
-/// so that distant lights get at most half of the candidates. The fraction of their light that arrives is unknown, for
-/// example in a room with windows. If the other lights have no power, nothing changes.
+/// Scales the powers of distant lights (directional lights and the environment) down, if needed, so that their sum is at
+/// most the sum of all other lights. Distant lights then get at most half of the candidates. It is unknown which fraction of
+/// their light arrives, for example in a room with windows. If the other lights have no power, nothing changes.
 fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     let (mut near, mut far) = (0.0, 0.0);
     for (index, power) in powers.iter().enumerate() {
@@ -212,8 +221,8 @@ fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     }
 }
 
-/// Makes the alias table that selects lights in proportion to their powers. The fraction `uniform_fraction` of the
-/// probability is instead equal for all lights that have power.
+/// Makes the alias table that selects lights in proportion to their powers. In the fraction `uniform_fraction` of all draws,
+/// every light that has power is instead equally likely.
 fn choices(powers: &[f64], uniform_fraction: f64) -> Vec<GpuLightChoice> {
     let table = AliasTable::new(powers, uniform_fraction);
     let columns = table.columns.iter().zip(&table.probabilities);
@@ -244,9 +253,9 @@ fn gpu_light(light: &LightTriangle, material: &Material, units: &Units) -> GpuLi
     }
 }
 
-/// The minimum difference between the terms of a spot's outer and inner angle, from which its falloff is computed. The term
-/// of an angle is the squared distance between two unit vectors that enclose it. The minimum keeps the slope of a sharp
-/// falloff finite.
+/// The minimum difference between the squared distances that belong to a spot's outer and inner angle. The squared distance
+/// of an angle is that between two unit vectors that enclose the angle. The falloff of the spot is computed with a division
+/// by the difference, and the minimum keeps it finite at a sharp edge.
 const SHARPEST: f64 = 1e-30;
 
 fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
@@ -281,8 +290,9 @@ fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {
     }
 }
 
-/// The lights of a scene without its motion and without merged meshes, in the device's units. Triangles keep their indices
-/// in the scene's meshes. Only tests use it; a renderer takes [`GpuScene::first_lights`](super::GpuScene::first_lights).
+/// Computes the lights of a scene in the device's units, without motion and without merging static meshes. Triangles keep
+/// their indices in the scene's meshes. Only tests use it; a renderer uses
+/// [`GpuScene::first_lights`](super::GpuScene::first_lights).
 pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     let transform_of = |instance: u32| scene.instances[instance as usize].object_to_world;
     let unchanged = |mesh: u32| (0..scene.meshes[mesh as usize].triangles.len() as u32).collect();
@@ -294,8 +304,8 @@ pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     )
 }
 
-/// The mean luminance of lights, weighted by their power. Triangles count with area × luminance; `environment` gives the
-/// power and the mean luminance of the environment. The result is 0 without power.
+/// The mean luminance of lights, weighted by their power; 0 if none has power. The power of a triangle is its area ×
+/// luminance. `environment` is the pair of the environment's power and mean luminance; `None` without an environment.
 fn mean_luminance(lights: &[GpuLight], environment: Option<(f64, f64)>) -> f32 {
     let (mut power, mut weighted) = (0.0, 0.0);
     for light in lights {

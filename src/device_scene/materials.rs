@@ -9,22 +9,25 @@ use crate::shader_interface::{
 };
 use glam::Vec3;
 
-/// The materials of a scene and their textures, as the device's buffers hold them.
+/// The materials and textures of a scene, in the form in which they are uploaded into the device's buffers.
 pub struct Materials {
-    /// One entry per material of the scene, in the same order; their textures are indices into `textures`.
+    /// One entry per material of the scene, in the same order. Its textures are indices into `textures`, or NONE.
     pub materials: Vec<GpuMaterial>,
-    /// One entry for each use of an image by a material, with its transform and wrap modes.
+    /// One entry for each use of an image by a material: the place of the image, the transform of texture coordinates, and
+    /// the wrap modes.
     pub textures: Vec<GpuTexture>,
     /// For each material, the index of its emissive texture in `textures`; NONE for a material without one.
     emissive: Vec<u32>,
-    /// The 256 linear values (as bits of f32) of the sRGB bytes, then the texels of all images. The texels are left out if
-    /// shaders sample images, and everything is left out if no material has a texture.
+    /// A table of 256 words, the linear value of each sRGB byte as the bits of an f32, and then the texels of all images.
+    /// The table is left out if no material has a texture, and the texels are left out if shaders sample images instead of
+    /// reading this buffer.
     pub texels: Vec<u32>,
 }
 
 impl Materials {
-    /// Converts the materials of a scene. `radiance` is the radiance that is 1 on the device, and `read` is the access of
-    /// shaders to texels, which decides the indices of images.
+    /// Converts the materials of a scene. `radiance` is the radiance, in the scene's unit, that is stored as 1 on the
+    /// device. `read` is the access of shaders to texels. It decides whether [`GpuTexture::index`] is the index of an image
+    /// or of its first texel.
     pub fn of(scene: &Scene, radiance: f64, read: Textures) -> Self {
         let has_textures = scene.materials.iter().any(|m| m.textures().count() > 0);
         let mut texels: Vec<u32> = if has_textures {
@@ -76,7 +79,8 @@ impl Materials {
         }
     }
 
-    /// One entry per emissive triangle, in the same order: its texture coordinates and the index of its emissive texture.
+    /// One entry per emissive triangle, in the same order: the texture coordinates of its corners, and the index of its
+    /// emissive texture in `textures`, or NONE without one.
     pub fn of_lights(&self, emitters: &[EmitterTriangle]) -> Vec<GpuLightTexture> {
         let laid = emitters.iter().map(|emitter| {
             let [a, b, c] = emitter.uvs;
@@ -92,7 +96,7 @@ impl Materials {
     }
 }
 
-/// The linear value in [0, 1] of each of the 256 sRGB bytes.
+/// The linear value in [0, 1] of each of the 256 sRGB bytes, in ascending order of the bytes.
 fn linear_of_srgb() -> impl Iterator<Item = f32> {
     (0..=u8::MAX).map(|byte| texture::srgb([byte; 4]).x)
 }
@@ -105,9 +109,9 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
-/// The smallest product of texture alpha and vertex alpha at which a material with this cutoff has a surface: the next
-/// smaller f32 gives a hole. For a material with a base colour texture, the result is lower by a tolerance, since devices
-/// round texel values.
+/// The smallest product of texture alpha and vertex alpha at which a material of alpha mode mask has a surface; at the next
+/// smaller f32 there is a hole. `cutoff` is the smallest alpha of the material that is not a hole. For a material with a
+/// base colour texture, the result is lower by a tolerance, because devices round texel values.
 fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     // From two steps below the rounded quotient: no smaller product reaches the cutoff.
     let mut least = (cutoff / material.alpha).next_down().next_down();
@@ -123,8 +127,9 @@ fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     least * (1.0 - rounding)
 }
 
-/// Converts a material without its textures. `radiance` is the radiance that is 1 on the device; the base colour of an unlit
-/// material is divided by it, because it is a radiance.
+/// Converts a material to the form that shaders read, with NONE for each of its textures. `radiance` is the radiance, in the
+/// scene's unit, that is stored as 1 on the device. The base colour of an unlit material is divided by it, because this
+/// colour is a radiance.
 pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {

@@ -1,4 +1,4 @@
-//! Merges meshes that have a single instance, which does not move, into a few large meshes.
+//! Merges static meshes, those with a single instance that does not move, into at most four large meshes.
 //!
 //! Where a room's walls, floor and furniture are separate meshes, their boxes overlap, and a ray has to enter each of them.
 //! One tree over all their triangles has no such overlap. A mesh with several instances stays separate, so that it is stored
@@ -8,16 +8,19 @@ use crate::scene::{Instance, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec4};
 use std::borrow::Cow;
 
-/// A scene after static meshes are merged, as rays see it, with the data that map its instances back to the original scene.
+/// The scene as rays see it, after static meshes are merged, with the data that map its instances back to the original
+/// scene.
 pub struct TracedScene<'a> {
-    /// The scene that is traced; the merged meshes and their instances come last.
+    /// The scene that is traced. Its last meshes and instances are the merged ones; each merged mesh has one instance.
     pub scene: Cow<'a, Scene>,
-    /// For each traced instance, the index that it has in the original scene; 0 for the instance of a merged mesh.
+    /// For each instance of the traced scene, its index in the original scene; 0 for the instance of a merged mesh, whose
+    /// parts come from several original instances.
     pub instance_ids: Vec<u32>,
-    /// For each traced mesh, one number per part (run of triangles with one material). It is added to the instance's entry
-    /// in `instance_ids`, which gives the original instance of the part. Empty for a mesh that is not merged.
+    /// For each traced mesh, one number per part (run of triangles with one material); empty for a mesh that is not merged.
+    /// The number plus the instance's entry in `instance_ids` is the index of the original instance to which the part
+    /// belongs.
     pub part_ids: Vec<Vec<u32>>,
-    /// True for each material that emits light at some time.
+    /// One entry per material of the scene: true if it emits light at some time.
     pub emitter_materials: Vec<bool>,
 }
 
@@ -32,8 +35,8 @@ impl<'a> TracedScene<'a> {
     }
 }
 
-/// One flag per instance: true if its mesh is merged with others, because the mesh has no other instance and the instance
-/// does not move. If only one instance is of this kind, none is merged.
+/// One entry per instance: true if its mesh is merged with others, because the mesh has no other instance and the instance
+/// does not move. If only one instance meets these conditions, none is merged.
 fn merged_instances(scene: &Scene) -> Vec<bool> {
     let mut uses = vec![0_u32; scene.meshes.len()];
     for instance in &scene.instances {
@@ -49,50 +52,61 @@ fn merged_instances(scene: &Scene) -> Vec<bool> {
     merged
 }
 
-/// The number of elements that a scene has on the device, for each kind of element.
+/// The number of elements that a scene has on the device, for each kind of element. The sizes of the buffers are computed
+/// from these counts before the buffers are filled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ElementCounts {
-    /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
+    /// The number of triangles in the buffer `positions`. The triangles of a mesh with several instances are stored, and
+    /// counted, once.
     pub triangles: u64,
-    /// The number of stored triangles that belong to meshes with vertex normals.
+    /// The number of stored triangles of meshes with vertex normals. Each takes one entry, with the normals of its three
+    /// corners, in the buffer `corner_directions`. Triangles of other meshes take none, and are shaded flat.
     pub smooth_triangles: u64,
-    /// The number of stored triangles of meshes with texture coordinates; a triangle with both sets counts twice.
+    /// The number of entries in the buffer `uvs`: the stored triangles of meshes with texture coordinates, where a triangle
+    /// with two sets counts twice. A merged mesh has each set that one of its original meshes has.
     pub uv_triangles: u64,
-    /// The number of stored triangles that belong to meshes with vertex colours, after merging.
+    /// The number of entries in the buffer `colors`: the stored triangles of meshes with vertex colours. All triangles of a
+    /// merged mesh count if one of its original meshes has colours.
     pub color_triangles: u64,
-    /// The number of stored triangles that belong to meshes with vertex tangents, after merging.
+    /// The number of stored triangles of meshes with vertex tangents. Each takes one entry in the buffer
+    /// `corner_directions`. All triangles of a merged mesh count if one of its original meshes has tangents.
     pub tangent_triangles: u64,
-    /// The number of stored triangles of meshes that have several parts or lights, or that are merged.
+    /// The number of entries in the buffer `triangle_parts`: the stored triangles of meshes that have several parts (runs of
+    /// triangles with one material), have a material that emits, or were merged from several meshes.
     pub part_triangles: u64,
-    /// The number of instances that are traced: each merged mesh counts as one.
+    /// The number of instances that are traced: those that are not merged, and one per merged mesh.
     pub instances: u64,
-    /// The number of materials.
+    /// The number of materials in the scene.
     pub materials: u64,
-    /// The number of uses of an image by a material.
+    /// The number of uses of an image by a material; each use has one entry in the buffer `textures`.
     pub textures: u64,
     /// The number of texels of all images together.
     pub texels: u64,
-    /// The number of emissive triangles in the world; a triangle counts once for each instance of its mesh.
+    /// The number of emissive triangles in the world; a triangle of a mesh counts once for each instance of the mesh.
     pub triangle_lights: u64,
-    /// True if a material that emits at some time has an emissive texture.
+    /// True if a material that emits at some time has an emissive texture. The texture coordinates of all emissive triangles
+    /// are then stored.
     pub textured_lights: bool,
-    /// The number of punctual lights.
+    /// The number of punctual lights in the scene.
     pub punctual_lights: u64,
-    /// The number of texels of the environment; 0 for a scene without one.
+    /// The number of texels in the image of the environment; 0 for a scene without an environment.
     pub environment_texels: u64,
-    /// The number of epochs that are stored: 2 (current and previous frame) if something moves; otherwise 1.
+    /// The number of epochs (frames) whose instances and lights are stored: 2, the current and the previous frame, if
+    /// something moves; otherwise 1.
     pub epochs: u64,
-    /// The number of transforms to the previous frame: one per original instance if something moves, otherwise 0.
+    /// The number of stored transforms from the current to the previous frame: one per instance, counted before merging, if
+    /// something moves; otherwise 0.
     pub previous_transforms: u64,
 }
 
 impl ElementCounts {
-    /// The number of lights of all kinds: emissive triangles, punctual lights, and 1 for an environment.
+    /// The number of lights of all kinds: emissive triangles, punctual lights, and 1 for an environment, if there is one.
     pub fn lights(&self) -> u64 {
         self.triangle_lights + self.punctual_lights + u64::from(self.environment_texels > 0)
     }
 
-    /// Counts the elements that `scene` will have on the device once its static meshes are merged, without merging them.
+    /// Counts the elements that `scene` will have on the device after its static meshes are merged. The meshes are not
+    /// merged for this, so that a scene that is too large is refused early.
     pub fn of(scene: &Scene) -> Self {
         let merged = merged_instances(scene);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
@@ -175,17 +189,18 @@ impl ElementCounts {
     }
 }
 
-/// The number of merged meshes that can arise, one for each combination of vertex attributes that [`group`] distinguishes.
+/// The maximum number of merged meshes: one for each combination of vertex attributes that [`group`] distinguishes.
 const GROUPS: usize = 4;
 
-/// The index in [0, 3] of the merged mesh to which a mesh belongs. Bit 0 is set for meshes with normals, and bit 1 for
-/// meshes with texture coordinates or colours, so that other meshes do not have to store these attributes.
+/// The index, from 0 to 3, of the merged mesh into which a mesh is merged. Bit 0 is set for meshes with normals, and bit 1
+/// for meshes with texture coordinates or colours. So meshes without these attributes do not have to store them.
 fn group(mesh: &Mesh) -> usize {
     let varies = !mesh.colors.is_empty() || mesh.uvs.iter().any(|uvs| !uvs.is_empty());
     usize::from(!mesh.normals.is_empty()) + 2 * usize::from(varies)
 }
 
-/// Merges the static meshes of a scene into at most four. Positions are relative to `origin`, around which f32 is precise.
+/// Merges the static meshes of a scene (those with a single instance that does not move) into at most four. Positions of
+/// merged meshes are relative to `origin`, a point of the world in scene units, because f32 is most precise near zero.
 pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
     let is_merged = merged_instances(scene);
     if !is_merged.contains(&true) {
@@ -241,8 +256,9 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
     }
 }
 
-/// Appends a mesh to the merged mesh `whole`. Positions, normals and tangents are transformed by `transform`, and attributes
-/// that only one of them has are filled up with neutral values.
+/// Appends a mesh to the merged mesh `whole`. Its positions, normals and tangents are transformed by `transform`. If only
+/// one of the two meshes has colours, tangents or a set of texture coordinates, the vertices of the other mesh get neutral
+/// values.
 fn append(whole: &mut Mesh, mesh: &Mesh, transform: DAffine3) {
     let turn = transform.matrix3.inverse().transpose();
     // A triangle's front is the side from which object space shows it counter-clockwise; a

@@ -19,20 +19,21 @@ pub struct ScenePoser {
     units: Units,
     instances: Vec<TracedInstance>,
     /// Maps the index of an instance in the original scene to its index in `instances`. Instances whose meshes are merged
-    /// never move, and are not in the map.
+    /// into larger meshes never move, and are not in the map.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
     trees: bool,
-    /// The maximum number of levels of the tree over the instances; the stack of the traversal limits it.
+    /// The maximum number of levels of the tree over the instances. It follows from the size of the stack for which shaders
+    /// are compiled.
     max_depth: u32,
 }
 
-/// An instance as it is traced, after static meshes are merged: its transform without motion, and the data that do not
-/// change with time.
+/// An instance of the traced scene, that is, after static meshes are merged: the transform that it has without motion, and
+/// data that do not change with time.
 struct TracedInstance {
     object_to_world: DAffine3,
     mesh: MeshOffsets,
-    /// The entry of the device's array of instances without its transforms, which each pose sets.
+    /// The instance's entry in the device's array of instances, with zeros for its two transforms, which each pose sets.
     constant: GpuInstance,
 }
 
@@ -41,20 +42,25 @@ struct TracedInstance {
 pub struct ScenePose {
     /// The time of the pose in seconds.
     pub time: f64,
-    /// All traced instances with their transforms. `root_node` counts from the root of the first mesh's tree.
+    /// All traced instances (after static meshes are merged) with their transforms. `root_node` counts from the root of the
+    /// first mesh's tree, before which the device's buffer has the trees over the instances.
     pub instances: Vec<GpuInstance>,
-    /// The indices in `instances` of all instances that can be seen. An instance is left out if its transform flattens it.
+    /// The indices in `instances` of all instances that can be seen. An instance is left out if its transform flattens it to
+    /// a plane, a line or a point.
     pub visible: Vec<u32>,
-    /// The tree over the boxes of `visible`; it has no primitives if the driver builds its own tree.
+    /// The tree over the boxes of the instances in `visible`, for tracing in compute; it is empty if the driver builds its
+    /// own tree for ray queries.
     pub top: Tree,
     /// The lights at this time, in the device's units.
     pub lights: Lights,
-    /// The instances that may move, by index in the original scene, with their transforms from object space to the world.
+    /// One pair for each instance that may move: its index in the original scene, before meshes are merged, and its
+    /// transform from object to world space at this time.
     pub moved: Vec<(u32, DAffine3)>,
 }
 
 impl ScenePoser {
-    /// Prepares a scene for posing. With `trees`, as tracing in compute needs it, each pose has a tree over the instances.
+    /// Prepares a scene for posing. If `trees` is true, each pose gets a tree over the instances, which tracing in compute
+    /// needs; otherwise its tree is empty.
     pub fn new(traced: &TracedScene<'_>, geometry: &Geometry, units: Units, trees: bool) -> Self {
         let scene = &traced.scene;
         let mut instances = Vec::with_capacity(scene.instances.len());
@@ -110,12 +116,14 @@ impl ScenePoser {
         &self.sources.emitter_triangles
     }
 
-    /// Limits the number of levels of the trees over the instances in all later poses. The limit must allow a balanced tree.
+    /// Limits the number of levels of the tree over the instances in all later poses, because the stack of compiled shaders
+    /// has a fixed size. `levels` must be at least that of a balanced tree over all instances.
     pub fn limit_depth(&mut self, levels: u32) {
         self.max_depth = levels;
     }
 
-    /// Computes the scene at `time` in seconds. `pose` holds the transforms and emission of everything that may change.
+    /// Computes the pose of the scene at `time`, in seconds. `pose` has the transforms at this time of everything that may
+    /// move, and the emission of each material whose emission changes.
     ///
     /// # Errors
     /// The transform of an instance or punctual light is not finite, or puts it further away than can be rendered.
@@ -176,9 +184,9 @@ impl ScenePoser {
         self.units.to_device() * *object_to_world * self.instances[index].mesh.to_object
     }
 
-    /// For each of the scene's `count` instances (before merging), the transform of its points from their positions in the
-    /// pose `now` to those in `before`, in the device's world space. It is the identity for an instance that does not move,
-    /// and zero for one that is flat now.
+    /// For each of the `count` instances of the original scene (before merging), the transform of its points from their
+    /// positions in the pose `now` to those in the pose `before`, in the device's world space. It is the identity for an
+    /// instance that does not move, and zero for an instance that is flat in `now`.
     pub fn previous_transforms(
         &self,
         count: usize,
@@ -214,8 +222,9 @@ fn columns(transform: DAffine3) -> [Vec3; 4] {
     .map(|column| column.as_vec3())
 }
 
-/// The box (min, max) of an instance in the device's world space. It is enlarged by a millionth of its largest coordinate,
-/// so that the rounding of rays in object space causes no misses.
+/// The box (min, max) of an instance in the device's world space. `object_to_world` transforms the mesh's stored positions
+/// to this space. The box is enlarged on each side by a millionth of its largest coordinate, so that rounding errors of rays
+/// in object space cause no misses.
 fn world_box(object_to_world: &DAffine3, offsets: &MeshOffsets) -> (Vec3, Vec3) {
     let (low, high) = (offsets.bounds.0.as_dvec3(), offsets.bounds.1.as_dvec3());
     let mut world = (DVec3::INFINITY, DVec3::NEG_INFINITY);

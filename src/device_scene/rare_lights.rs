@@ -7,30 +7,31 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The maximum fraction of the total power that all rare emitters have together. Draws by power select emitters with so
-/// little power seldom, and then a brighter emitter nearly always replaces them in a reservoir.
+/// The maximum power of all rare emitters together, as a fraction of the power of all emitters. Draws by power seldom select
+/// emitters with so little power, and then a brighter emitter nearly always replaces them in a reservoir.
 const FRACTION: f64 = 1.0 / 96.0;
 
-/// The maximum power of a rare emitter, as a fraction of the emitters' mean power. Among similar emitters, none is rare.
+/// The maximum power of a rare emitter, as a fraction of the mean power of all emitters that have power. So no emitter is
+/// rare in a scene whose emitters have similar powers.
 const PART: f64 = 1.0 / 8.0;
 
-/// The ratio of two powers above which they count as equal, since the areas of emitters are rounded. Of emitters with equal
-/// power, either all are rare or none is.
+/// The ratio of the smaller to the larger of two powers above which they count as equal, because the areas of emitters are
+/// rounded. Of emitters with equal power, either all are rare or none is.
 const SAME: f64 = 1.0 - 1e-6;
 
-/// The classification of a scene's lights into rare lights and others.
+/// The classification of a scene's lights into rare lights (far dimmer than the others) and ordinary ones.
 pub struct RareLights {
-    /// For each light, the index of its emitter. The lights of an emitter are either all rare or all not rare, so that
-    /// slivers of a bright emitter are not rare.
+    /// For each light, the index of its emitter, such as all triangles that one instance has of one material. The lights of
+    /// an emitter are either all rare or all ordinary, so that small triangles of a bright emitter are not rare.
     emitters: Vec<usize>,
-    /// True for each light that is rare. It is constant over time, because a reservoir of an earlier frame must hold no
-    /// light that has separate candidates now.
+    /// One entry per light: true if it is rare. It does not change with time. Otherwise a reservoir of an earlier frame
+    /// could hold a light that has separate candidates now.
     pub is_rare: Vec<bool>,
 }
 
 impl RareLights {
-    /// Finds the rare lights; `None` if no light is rare. `powers` has the largest power of each light at any time, in any
-    /// unit. `names` has one name per light, and lights with equal names form one emitter.
+    /// Finds the rare lights of a scene; `None` if no light is rare. `powers` has the largest power that each light has at
+    /// any time, in any unit. `names` has one name per light; lights with equal names form one emitter.
     pub fn find<Name: Hash + Eq>(
         powers: &[f64],
         names: impl Iterator<Item = Name>,
@@ -63,14 +64,16 @@ impl RareLights {
             .then_some(Self { emitters, is_rare })
     }
 
-    /// One weight per light, with which ordinary candidates select it: its current power from `powers`, and 0 for a rare
-    /// light. If no light apart from the rare ones has power now, each of those lights has the weight 1.
+    /// One weight per light, in proportion to which ordinary candidates select the light: its current power from `powers`,
+    /// or 0 for a rare light. If no ordinary light has power now, each of them has the weight 1, because the table must
+    /// select some light.
     pub fn common_weights(&self, powers: &[f64]) -> Vec<f64> {
         self.weights_among(powers, false)
     }
 
-    /// One weight per light, with which the separate candidates of rare lights select it; 0 for a light that is not rare.
-    /// The weights of each rare emitter add up to 1, and are in proportion to the current `powers` of its lights.
+    /// One weight per light, in proportion to which the separate candidates of rare lights select the light; 0 for a light
+    /// that is not rare. The weights of each rare emitter add up to 1, and are in proportion to the current `powers` of its
+    /// lights.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
@@ -82,8 +85,8 @@ impl RareLights {
         fractions.collect()
     }
 
-    /// One weight per light. If `rare` is true, rare lights have their power as weight, and other lights have 0; if it is
-    /// false, the reverse. If none of the lights that should have their power has any now, each of them gets 1.
+    /// One weight per light. If `rare` is true, the weight of a rare light is its power, and that of an ordinary light is 0;
+    /// if `rare` is false, the reverse. If none of the lights that get their power has any now, each of these lights gets 1.
     fn weights_among(&self, powers: &[f64], rare: bool) -> Vec<f64> {
         let lights = || self.is_rare.iter().zip(powers);
         let is_lit = lights().any(|(is_rare, power)| *is_rare == rare && *power > 0.0);
@@ -96,7 +99,8 @@ impl RareLights {
     }
 }
 
-/// The sum of `values` for each of `count` emitters; `emitters` has the emitter's index for each value.
+/// The sums of `values` for `count` emitters. Each value belongs to the emitter whose index is at the same place in
+/// `emitters`.
 fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
     for (value, emitter) in values.iter().zip(emitters) {
@@ -109,7 +113,8 @@ fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Classifies lights that are each a separate emitter; the result is true for each light that is rare.
+    /// Classifies lights, each of which is a separate emitter with one of the `powers`. The result has one entry per light:
+    /// true if it is rare.
     fn rare(powers: &[f64]) -> Vec<bool> {
         let found = RareLights::find(powers, 0..powers.len());
         found.map_or(vec![false; powers.len()], |found| found.is_rare)

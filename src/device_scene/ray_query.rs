@@ -1,4 +1,4 @@
-//! The driver's acceleration structures over the meshes and instances of a scene.
+//! The driver's acceleration structures over the meshes and instances of a scene, in which shaders trace ray queries.
 
 use super::geometry::MeshOffsets;
 use crate::Result;
@@ -7,10 +7,11 @@ use crate::shader_interface::GpuInstance;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The acceleration structures of a scene: one per mesh, one over the instances and, if something moves, another one over
-/// the instances of the previous frame.
+/// The acceleration structures of a scene: one bottom-level structure per mesh, one top-level structure over the instances
+/// and, if something moves, a second one over the instances as they were in the previous frame.
 pub struct RayQueryScene {
-    /// The top-level structures: two if the scene moves (current and previous frame, in alternating order), otherwise one.
+    /// The top-level structures: two if something moves, which take turns as that of the current and that of the previous
+    /// frame; otherwise one.
     tops: Vec<AccelerationStructure>,
     /// The index in `tops` of the structure of the current frame.
     current: AtomicUsize,
@@ -21,8 +22,9 @@ pub struct RayQueryScene {
 }
 
 impl RayQueryScene {
-    /// Builds the structures of all meshes, and `tops` equal structures over the instances. `visible` has the indices of the
-    /// instances that are included, and `mesh_of` the index of each instance's mesh.
+    /// Builds a bottom-level structure for each mesh, and `tops` equal top-level structures over the instances. `positions`
+    /// is the buffer with the triangles of all meshes. `visible` has the indices of the instances that are included, and
+    /// `mesh_of` has the index in `meshes` of each instance's mesh.
     ///
     /// # Errors
     /// The device lacks memory, was opened without ray query, or there are more than 2²⁴ instances.
@@ -65,25 +67,26 @@ impl RayQueryScene {
         Ok(scene)
     }
 
-    /// The structure over the instances of the current frame.
+    /// The top-level structure over the instances of the current frame.
     pub fn top(&self) -> &AccelerationStructure {
         &self.tops[self.current.load(Ordering::Relaxed)]
     }
 
-    /// The structure over the instances of the previous frame; the one of the current frame if nothing moves.
+    /// The top-level structure over the instances of the previous frame; that of the current frame if nothing moves.
     pub fn previous_top(&self) -> &AccelerationStructure {
         let previous = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         &self.tops[previous]
     }
 
-    /// Makes the current structure over the instances the previous one. The other structure becomes current, and the caller
-    /// must rebuild it.
+    /// Begins a new frame: the current top-level structure becomes that of the previous frame. The other structure becomes
+    /// current, and the caller must rebuild it with the new transforms.
     pub fn advance(&self) {
         let next = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         self.current.store(next, Ordering::Relaxed);
     }
 
-    /// Rebuilds `top`, one of the structures over the instances, from the current transforms of the visible instances.
+    /// Rebuilds `top`, one of the two top-level structures, from the transforms in `instances`. Only the instances with an
+    /// index in `visible` are included.
     ///
     /// # Errors
     /// The device lacks memory.
@@ -110,7 +113,7 @@ impl RayQueryScene {
             .collect()
     }
 
-    /// The size in bytes of all structures together.
+    /// The size in bytes of all bottom-level and top-level structures together, for reports of memory.
     pub fn size(&self) -> u64 {
         let meshes = self.meshes.iter().flatten();
         let all = meshes.chain(&self.tops);

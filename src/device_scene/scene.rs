@@ -29,38 +29,42 @@ use std::sync::Arc;
 
 /// A scene on the device: its buffers, its texture images and, for ray queries, its acceleration structures.
 pub struct GpuScene {
-    /// The variant in which shaders are compiled for the scene: its tracer, and its access to buffers and textures.
+    /// The variant in which shaders are compiled for the scene: how they trace rays, and how they read buffers and textures.
     pub variant: Variant,
-    /// The origin, and the units of length and radiance, in which positions and lights are stored.
+    /// The origin of the device's coordinates, and the units of length and radiance in which the device stores positions and
+    /// lights.
     pub units: Units,
-    /// The features of shading that the scene needs, such as textures or alpha.
+    /// The features of shading that the scene needs, such as textures or alpha. Shaders leave out the code of other
+    /// features.
     pub requirements: Requirements,
-    /// The number of elements in each of the scene's buffers.
+    /// The number of elements of each kind that the scene has on the device, such as triangles, materials and lights.
     pub counts: ElementCounts,
-    /// The size of the stack of a traversal in compute, in entries: a multiple of 8, so that more scenes share compiled
-    /// shaders.
+    /// The size, in entries, of the stack with which a compute shader traverses the trees. It is a multiple of 8, so that
+    /// scenes with similar trees share compiled shaders.
     pub stack_size: u32,
     buffers: SceneBuffers,
     /// The texture images; empty if shaders read texels from a buffer.
     images: Vec<SampledImage>,
     ray_query: Option<RayQueryScene>,
     moving: Option<MovingScene>,
-    /// The lights at time 0.
+    /// The lights at time 0, in the device's units.
     first_lights: Lights,
-    /// For each emissive triangle, the index of the first emissive triangle to which it is connected by common corners.
-    /// Equal indices mark one group of connected emitters.
+    /// For each emissive triangle, the index of the first emissive triangle of its group. A group is the triangles of an
+    /// instance that are connected by common corners.
     pub light_groups: Vec<u32>,
-    /// For each traced instance, the number of triangles in its mesh.
+    /// For each traced instance (after static meshes are merged), the number of triangles in its mesh.
     triangle_counts: Vec<u32>,
 }
 
 impl GpuScene {
-    /// Merges, poses and uploads `scene`, for shaders of `variant`. The point `origin`, usually the camera's position,
-    /// becomes the origin of the device's coordinates, where f32 is most precise.
+    /// Merges static meshes of `scene`, computes its pose at time 0, and uploads it for shaders of `variant`. The point
+    /// `origin` of the world, usually the camera's position, becomes the origin of the device's coordinates, where f32 is
+    /// most precise.
     ///
     /// # Errors
-    /// The scene exceeds the triangles or lights that shaders can index, the memory, or a limit of the device; its pose at
-    /// time 0 reaches further than can be rendered; or the device was opened without a feature that `variant` uses.
+    /// The scene has more triangles or lights than shaders can index, or exceeds the memory of the host or the device, or
+    /// another limit of the device. Its pose at time 0 reaches further than can be rendered. Or the device was opened
+    /// without a feature that `variant` uses.
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
@@ -166,8 +170,9 @@ impl GpuScene {
         })
     }
 
-    /// Updates the device's data to the pose at the time `now` and, for passes that use the previous frame, at the time
-    /// `before`, both in seconds. Does nothing if only cameras move.
+    /// Updates the instances and lights on the device to their state at the time `now` and, for passes that use the previous
+    /// frame, to their state at the time `before`, both in seconds. Does nothing if no instance and no light changes with
+    /// time, or if the device has both states already.
     ///
     /// # Errors
     /// At one of the times, something reaches further than can be rendered; or the device cannot be updated.
@@ -208,8 +213,8 @@ impl GpuScene {
         }
     }
 
-    /// The lights in the current pose, and its time in seconds. `None` if nothing moves, or if that time is `known`, the
-    /// time of the lights that the caller has already.
+    /// The lights as they are in the current pose, and the time of this pose in seconds. `known` is the time of the lights
+    /// that the caller has already. `None` if the pose has that time, or if no instance and no light changes with time.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -220,13 +225,14 @@ impl GpuScene {
         }
     }
 
-    /// The lights at time 0, in the device's units.
+    /// The lights as they are at time 0, in the device's units.
     pub fn first_lights(&self) -> &Lights {
         &self.first_lights
     }
 
-    /// Draws `count` points on the surfaces in the current pose, uniform by area, in the device's units. The light BVH
-    /// chooses its scale from them, and the hash grid is filled from them.
+    /// Draws `count` points on the surfaces in the current pose, uniformly by area, in the device's units. The light BVH
+    /// chooses its scale from such points, and the hash grid of reservoirs is filled at such points in its published form.
+    /// The result is empty if the surfaces have no area.
     ///
     /// # Errors
     /// The buffers cannot be read from the device.
@@ -244,17 +250,19 @@ impl GpuScene {
         ))
     }
 
-    /// True if instances or lights move or change over time; cameras do not count.
+    /// True if instances or lights move, or if emission changes over time; motion of cameras does not count.
     pub fn moves(&self) -> bool {
         self.moving.is_some()
     }
 
-    /// The index of the root of the previous frame's tree over the instances in the buffer `nodes`; 0 if nothing moves.
+    /// The index, in the buffer `nodes`, of the root of the tree over the instances of the previous frame; 0 if nothing
+    /// moves.
     pub fn previous_root(&self) -> u32 {
         self.moving.as_ref().map_or(0, |moving| moving.room as u32)
     }
 
-    /// The resources of the scene that shaders may bind, each with the name of its binding.
+    /// The resources of the scene that shaders of its variant may bind, each with the name of its binding. A pass binds
+    /// those that its shader uses.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.buffers.resources(self.variant);
         if self.variant.textures == Textures::Images {
@@ -268,8 +276,8 @@ impl GpuScene {
         resources
     }
 
-    /// Makes the pass `name` from the shader with this file name, without `.comp`, in the scene's variant. `constants` are
-    /// pairs of the `constant_id` and the 32-bit value of specialisation constants.
+    /// Makes the pass `name`, whose shader is the file `NAME.comp`, in the scene's variant. `constants` has pairs for
+    /// specialisation constants: the `constant_id` and the 32-bit value.
     ///
     /// # Errors
     /// The shader does not exist or does not compile, or its interface cannot be bound by name.
@@ -283,7 +291,9 @@ impl GpuScene {
         ComputePass::with_images(device, name, &spirv, constants, self.images.len() as u32)
     }
 
-    /// The size in bytes of each buffer by name, then of all images together and of all acceleration structures together.
+    /// Pairs of name and size in bytes, for reports of memory: one for each buffer, one for all images together, and one for
+    /// all acceleration structures together. The last two are missing if the scene has no images or no acceleration
+    /// structures on the device.
     pub fn memory(&self) -> Vec<(&str, u64)> {
         let buffers = self.buffers.named().into_iter();
         let mut memory: Vec<(&str, u64)> = buffers.map(|(name, b)| (name, b.size())).collect();

@@ -1,6 +1,6 @@
-//! The choice of the shader variant (tracer, geometry access, fetch and textures) for a scene on a device. Rules decide it
-//! from the device and the sizes of the scene, never from a timing, so that a command always makes the same choice on the
-//! same machine.
+//! The choice of the shader variant for a scene on a device: how shaders trace rays (tracer), read the scene's buffers
+//! (geometry access and fetch) and read textures. Rules decide it from the device and the sizes of the scene, never from a
+//! timing, so that a command always makes the same choice on the same machine.
 
 use super::buffers::is_fetched;
 use super::sizes::SceneSizes;
@@ -8,36 +8,39 @@ use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
-/// The user's requests for the shader variant. Where a choice is `None`, [`select`] decides by its rules.
+/// The user's requests for the shader variant. For each choice that is `None`, [`select`] decides by its rules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
     /// The requested tracer: ray queries, or the BVH that is traversed in compute.
     pub tracer: Option<Tracer>,
-    /// The requested access of shaders to the buffers of the scene: by bindings or by address.
+    /// The requested access of shaders to the buffers of the scene: through bound storage buffers, whose size the device
+    /// limits, or by device address.
     pub geometry: Option<GeometryAccess>,
     /// The requested access of shaders to the texels of textures: from a buffer or from images.
     pub textures: Option<Textures>,
-    /// True if commands are captured, to be replayed. Addresses are then avoided on devices that cannot replay them.
+    /// True if a capture tool records the commands, to replay them later. Buffer addresses are then avoided on devices that
+    /// cannot give a replayed buffer the same address.
     pub captured: bool,
 }
 
-/// The selected variant with the reason for each choice, as reports show it.
+/// The selected shader variant, with the reason for each choice, as reports and `headwater info` show it.
 #[derive(Clone, Debug)]
 pub struct Selection {
     /// The variant in which all shaders of the scene are compiled.
     pub variant: Variant,
-    /// A phrase that states why this tracer was chosen.
+    /// A phrase for reports that states why this tracer was chosen, such as `the device has ray query`.
     pub tracer_reason: String,
-    /// A phrase that states why this access to buffers was chosen.
+    /// A phrase for reports that states why shaders access the scene's buffers through bindings or by address.
     pub geometry_reason: String,
-    /// A phrase that states why data that shaders read four words at a time are read as texels or as words.
+    /// A phrase for reports that states why shaders read data of four words at a time, such as nodes of trees, as texels or
+    /// as single words.
     pub fetch_reason: String,
-    /// A phrase that states why this access to textures was chosen.
+    /// A phrase for reports that states why shaders read textures from a buffer or from images.
     pub textures_reason: String,
 }
 
 impl Selection {
-    /// The features that the device must be opened with, so that it can run the variant.
+    /// The features with which the device must be opened, so that it can run shaders of the variant.
     pub fn features(&self) -> Features {
         Features {
             ray_query: self.variant.tracer == Tracer::RayQuery,
@@ -50,14 +53,15 @@ impl Selection {
     }
 }
 
-/// The reason that reports state if a captured frame uses no addresses of buffers.
+/// The reason that reports state for a choice that avoids buffer addresses because the commands are captured.
 const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device";
 
-/// Selects the variant for a scene on a device.
+/// Selects the shader variant for a scene on a device.
 ///
 /// A CPU device traces in compute, because its ray queries are much slower. Buffers are accessed by address where the device
-/// allows it, because a binding holds less. The exceptions are drivers on which addresses were measured to be slow
-/// (processor time of path tracing `cornell-glossy` and `night-city`), if their bindings can hold the scene.
+/// allows it, because the size of a bound buffer is limited. The exceptions are drivers on which addresses were measured to
+/// be slow (processor time of path tracing `cornell-glossy` and `night-city`); they use bindings, if these can hold each
+/// buffer of the scene.
 ///
 /// # Errors
 /// A request cannot be met: ray queries or buffer addresses on a device without them, storage buffers for a scene that is

@@ -1,4 +1,5 @@
-//! The shaders of all passes: those embedded in the program, and those compiled from a folder while a user edits them.
+//! The shaders of all passes: those that are embedded in the program, and those that are compiled at run time from a folder
+//! in which a user edits them.
 
 use crate::base::environment_variable::is_asked_for;
 use crate::base::short_hash::short;
@@ -10,14 +11,17 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The SPIR-V of every pass in every variant: pairs of the variant's key and the bytes of the module.
+/// The SPIR-V of every pass in every variant: pairs of the key that names pass and variant ([`Variant::key`]), and the bytes
+/// of the module.
 const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// The GLSL sources embedded in the program, without the generated ones: pairs of file name and text.
+/// The GLSL sources embedded in the program: pairs of the path in the folder `glsl` and the text. The declarations that are
+/// generated from Rust are not in this list.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// The SPIR-V words of the pass `name` in a variant. They are embedded, unless `HEADWATER_GLSL` names a folder of sources,
-/// or `HEADWATER_SHADER_DEBUG` requests the source lines that profilers and debuggers show; then the pass is compiled.
+/// The SPIR-V words of the pass `name` in a variant. They are embedded in the program. The pass is compiled instead if
+/// `HEADWATER_GLSL` names a folder of sources, or if `HEADWATER_SHADER_DEBUG` requests the source lines that profilers and
+/// debuggers show.
 ///
 /// # Errors
 /// The folder cannot be read or lacks the shader, the shader does not compile, or no pass with this name is embedded.
@@ -50,19 +54,21 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
     Ok(bytemuck::pod_collect_to_vec(bytes))
 }
 
-/// Compiles one pass from `sources`. An error joins the lines of the compiler's message into one line.
+/// Compiles one pass, whose file has the path `file` in `sources`, to SPIR-V words. An error joins the lines of the
+/// compiler's message into one line.
 fn compile(file: &str, sources: &Sources, variant: Variant, debug: Debug) -> Result<Vec<u32>> {
     compiler::compile_with(file, &sources[file], sources, &variant.defines(), debug)
         .map_err(|e| Error::input(e.replace('\n', "; ")))
 }
 
-/// The set of GLSL files that passes compiled by [`spirv`] have included so far in this process.
+/// The paths of the GLSL files that passes compiled by [`spirv`] have included so far in this process. The set stays locked
+/// while the result exists.
 fn used_files() -> MutexGuard<'static, BTreeSet<String>> {
     static USED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     USED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Compiles every pass of the folder that `HEADWATER_GLSL` names for a variant, so that a mistake is found even in passes
+/// Compiles every pass in the folder that `HEADWATER_GLSL` names, for one variant. Thus a mistake is found even in a pass
 /// that this run does not use. Does nothing if the variable is not set.
 ///
 /// # Errors
@@ -78,8 +84,9 @@ pub fn check_folder(variant: Variant) -> Result<()> {
         .try_for_each(|(_, file)| compile(file, &sources, variant, Debug::Names).map(drop))
 }
 
-/// The names of files in the folder that `HEADWATER_GLSL` names whose changes have no effect on the picture: they differ
-/// from the embedded ones, but no pass of this process has included them. Empty if the variable is not set.
+/// The paths of edited GLSL files that have no effect on the picture: files in the folder of `HEADWATER_GLSL` that differ
+/// from the embedded ones, but that no pass compiled in this process has included. A notice names them to the user. Empty if
+/// the variable is not set.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -93,7 +100,8 @@ pub fn changes_without_effect() -> Result<Vec<String>> {
     Ok(changed.map(|(name, _)| name).collect())
 }
 
-/// The embedded GLSL sources and the generated declarations that Rust and shaders share, for shaders that tests compile.
+/// The embedded GLSL sources, with the generated declarations that Rust and shaders share: a map from path to text. Tests
+/// compile their own shaders with these sources.
 pub fn sources() -> Sources {
     let mut sources: Sources = SOURCES
         .iter()
@@ -103,14 +111,14 @@ pub fn sources() -> Sources {
     sources
 }
 
-/// Hashes of the GLSL sources in use, including the generated ones. Studies store results under names that depend on these
-/// hashes, so that results are computed anew after a change of the shaders.
+/// Hashes of the GLSL sources in use, including the generated declarations. Studies store results under names that contain
+/// these hashes, so that results are computed anew after a change of the shaders.
 pub struct Fingerprints {
-    /// The first 16 hexadecimal digits of the BLAKE3 hash of the names and texts of all GLSL files. While it is the same, a
-    /// study reuses its finished runs.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of the names and texts of all GLSL files. As long as it is the
+    /// same, a study reuses its finished runs.
     pub all: String,
     /// The first 16 hexadecimal digits of the BLAKE3 hash of the file of the pass `path_trace` and of all files that it
-    /// includes. While it is the same, a study reuses its reference pictures, which this pass renders.
+    /// includes. As long as it is the same, a study reuses its reference pictures, which this pass renders.
     pub path_trace: String,
 }
 
@@ -138,7 +146,8 @@ fn hash_of(sources: &Sources, is_wanted: impl Fn(&str) -> bool) -> String {
     short(&hasher.finalize())
 }
 
-/// The generated declarations, with the sources of the folder that `HEADWATER_GLSL` names or, by default, the embedded ones.
+/// The GLSL sources of the folder that `HEADWATER_GLSL` names or, if the variable is not set, the embedded ones; in both
+/// cases with the generated declarations.
 fn sources_in_use() -> Result<Sources> {
     let Some(folder) = std::env::var_os("HEADWATER_GLSL") else {
         return Ok(sources());
@@ -165,7 +174,8 @@ mod tests {
     use crate::shader_interface::{GpuLightEntry, GpuLightNode, STRUCTS};
     use std::collections::BTreeSet;
 
-    /// The hash of the reference's pass must change if a file that it includes changes, and only then.
+    /// The hash of the pass that renders references must change if a file that the pass includes changes, and must not
+    /// change with any other file.
     #[test]
     fn a_pass_depends_on_what_it_includes() {
         let sources = sources();
@@ -221,8 +231,9 @@ mod tests {
         }
     }
 
-    /// Compares the specialisation constants of Rust with those of all embedded shaders. Returns one line for each constant
-    /// that only shaders have or that differs, and for each constant that no shader uses.
+    /// Compares the specialisation constants that Rust declares with those of all embedded shaders. Returns one line for
+    /// each constant of a shader that Rust lacks or declares differently, and one for each declared constant that no shader
+    /// uses.
     fn specialisation_faults(declared: &[SpecialisationConstant]) -> Vec<String> {
         let mut unused: BTreeSet<&str> = declared.iter().map(|c| c.name.as_str()).collect();
         let mut faults = Vec::new();
@@ -297,8 +308,8 @@ mod tests {
         assert!(reflection.check_layouts(&[planted]).is_err());
     }
 
-    /// SwiftShader binds at most 30 storage buffers. At run time a pass leaves out the buffers that its scene does not need;
-    /// the embedded passes tested here still have all of them.
+    /// SwiftShader binds at most 30 storage buffers to a shader. When a scene is rendered, a pass leaves out the buffers
+    /// that the scene does not need; the embedded passes tested here still have all of their buffers.
     #[test]
     fn every_shader_has_room_for_its_buffers_on_every_driver() {
         for (key, bytes) in EMBEDDED {

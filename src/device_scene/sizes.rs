@@ -1,5 +1,5 @@
-//! The sizes in bytes of a scene's buffers and images, known before any tree is built, and their comparison with the limits
-//! of a device.
+//! The sizes in bytes of a scene's buffers and images, which are known before any tree is built, and the comparison of these
+//! sizes with the limits of a device.
 
 use super::buffers::{BufferBytes, is_fetched};
 use super::images::ImageSizes;
@@ -13,35 +13,39 @@ use crate::shader_interface::{
 };
 use crate::{Error, Result};
 
-/// The maximum number of stored triangles: shaders index the words of positions in 32 bits, and a triangle has nine.
+/// The maximum number of stored triangles. Shaders index the words of the buffer `positions` in 32 bits, and a triangle
+/// takes nine words.
 const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;
 
-/// The maximum number of emissive triangles: a reservoir stores the index of a light in 29 bits.
+/// The maximum number of emissive triangles in the world. A reservoir stores the index of its light in 29 bits.
 const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
 
-/// The host memory, in bytes, that an emissive triangle takes while a scene is uploaded: the triangle in object and world
-/// space, its data for shaders (kept a second time for time 0), its column of the alias table, and eight numbers of 64 bits.
+/// The host memory, in bytes, that an emissive triangle takes while a scene is uploaded. It is the triangle in object space
+/// and in world space, its data for shaders (twice, because those for time 0 are stored too), its column of the alias table,
+/// and eight numbers of 64 bits, such as powers.
 const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
     + size_of::<LightTriangle>()
     + 2 * (size_of::<GpuLight>() + size_of::<GpuLightChoice>())
     + size_of::<AliasColumn>()
     + 8 * size_of::<f64>();
 
-/// The sizes of a scene on a device, which [`SceneSizes::check`] compares with the device's limits.
+/// The sizes that a scene will have on a device. [`SceneSizes::check`] compares them with the device's limits before
+/// anything is uploaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneSizes {
     /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
     pub triangles: u64,
     /// The number of emissive triangles in the world; a triangle counts once for each instance of its mesh.
     pub triangle_lights: u64,
-    /// An upper bound of each buffer's size in bytes. The nodes of trees count as 0, because their number is not known yet.
+    /// An upper bound of each buffer's size in bytes. The buffer of the trees' nodes counts as 0, because the number of
+    /// nodes is not known before the trees are built.
     pub bytes: BufferBytes,
-    /// The count and the largest sizes of the texture images.
+    /// The number and the largest sizes of the scene's images, for the case that shaders sample images.
     pub images: ImageSizes,
 }
 
 impl SceneSizes {
-    /// Computes the sizes of a scene on a device, without building anything.
+    /// Computes the sizes that a scene will have on a device, without building trees or uploading anything.
     pub fn of(scene: &Scene) -> Self {
         let counts = ElementCounts::of(scene);
         Self {
@@ -52,17 +56,20 @@ impl SceneSizes {
         }
     }
 
-    /// The name and size in bytes of the largest buffer whose name `counts` accepts; an empty name and 0 if it accepts none.
+    /// The name and the size in bytes of the largest of the buffers for whose name `counts` returns true; an empty name and
+    /// 0 if there is no such buffer.
     pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
         let counted = buffers.filter(|(name, _)| counts(name));
         counted.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
     }
 
-    /// Checks that a device can hold the scene and read it as `variant` does, and that the host has memory for its lights.
+    /// Checks that a device can store the scene and read it with shaders of `variant`, and that the host has free memory for
+    /// the scene's emissive triangles.
     ///
     /// # Errors
-    /// A count, a buffer, an image or the total exceeds a limit. The message names it, its size, and the limit.
+    /// A count, a buffer, an image or the total size exceeds a limit. The message names the one that is too large, its size,
+    /// and the limit.
     pub fn check(&self, device: &DeviceInfo, variant: Variant) -> Result<()> {
         if self.triangles > MAX_TRIANGLES {
             return Err(Error::input(format!(
@@ -106,7 +113,8 @@ impl SceneSizes {
     }
 }
 
-/// Checks that a device can hold the scene's buffer `name` of this many bytes, and read it by the access of `variant`.
+/// Checks that a device can hold the scene's buffer `name` of `bytes` bytes, and that shaders of `variant` can read all of
+/// it: as texels, through a binding, or by address.
 ///
 /// # Errors
 /// The buffer exceeds a limit of the device; the message names the buffer, its size and the limit.

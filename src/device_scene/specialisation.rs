@@ -4,9 +4,9 @@ use super::GpuScene;
 use crate::shader_interface::Specialisation;
 
 impl GpuScene {
-    /// The specialisation constants of all passes for this scene; those that do not depend on it have their defaults. With
-    /// `full`, shaders keep the code for features that the scene lacks, unless that code would trace more rays or change the
-    /// picture's bits.
+    /// The values of the specialisation constants for all passes of this scene. Constants that do not depend on the scene
+    /// have their defaults. If `full` is true (the setting `variant=full`), shaders also contain the code for features that
+    /// the scene lacks, unless that code would trace more rays or change bits of the picture.
     pub fn specialisation(&self, full: bool) -> Specialisation {
         let requires = &self.requirements;
         Specialisation {

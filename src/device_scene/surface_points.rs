@@ -9,13 +9,14 @@ use glam::{DVec3, Vec3};
 pub struct SurfacePoint {
     /// The position of the point in the device's world space.
     pub position: Vec3,
-    /// The unit normal of the triangle at the point; which of the two sides it faces has no meaning.
+    /// The unit normal of the triangle on which the point lies, in the device's world space. It may be on either side of the
+    /// triangle.
     pub normal: Vec3,
 }
 
-/// Draws one point in each of `count` parts of equal area of the instances' surfaces. `triangle_counts` has the number of
-/// triangles of each instance's mesh, and `positions` the corners of all meshes in object space. The result is empty if the
-/// total area is 0 or not finite.
+/// Divides the surfaces of all instances into `count` parts of equal area, and draws one random point in each part.
+/// `triangle_counts` has the number of triangles of each instance's mesh, and `positions` the stored corners of the
+/// triangles of all meshes. The result is empty if the total area is 0 or not finite.
 pub fn surface_points(
     instances: &[GpuInstance],
     triangle_counts: &[u32],
@@ -71,7 +72,8 @@ pub fn surface_points(
 mod tests {
     use super::*;
 
-    /// Draws 1000 points on an instance that enlarges a triangle of area 1 and one of area 3 by twice `scale`.
+    /// Draws 1000 points on an instance of two triangles with the areas 1 and 3. The instance enlarges all lengths by the
+    /// factor 2 × `scale`.
     fn points(scale: f32) -> Vec<SurfacePoint> {
         let instance = GpuInstance {
             object_to_world: [Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(7.0)].map(|v| v * 2.0 * scale),

@@ -1,29 +1,31 @@
-//! The units of length and radiance in which a scene is stored on the device.
+//! The origin, and the units of length and radiance, in which a scene is stored on the device.
 
 use crate::scene::bounds::{exponent, usual_size};
 use crate::scene::{Bounds, Environment, PunctualLight, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// The origin and the units of length and radiance in which a scene is uploaded. Both units are powers of two, so that
-/// nothing is rounded. In these units the brightest light has a radiance of 1 to 2, and an instance typically has a size
-/// around 1. Otherwise, products such as radiance × area would leave the range of f32 in scenes that are both far and dim,
-/// or both near and bright.
+/// The origin and the units of length and radiance in which a scene is stored on the device. Both units are powers of two,
+/// so that conversion rounds nothing. In these units the brightest light has a radiance of 1 to 2, and an instance typically
+/// has a size around 1. With other units, products such as radiance × area could leave the range of f32, in scenes that are
+/// both far and dim or both near and bright.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// The point of the world, in scene units, that is at zero on the device, because f32 is finest around it.
+    /// The point of the world, in scene units, that becomes zero on the device; it is usually the camera's position. f32 is
+    /// most precise around zero.
     pub origin: DVec3,
-    /// The length in scene units that is 1 on the device; a power of two.
+    /// The length, in scene units, that is stored as 1 on the device; a power of two.
     pub length: f64,
-    /// The radiance in the scene's unit that is 1 on the device; a power of two.
+    /// The radiance, in the scene's unit, that is stored as 1 on the device; a power of two.
     pub radiance: f64,
 }
 
-/// The bound of coordinates on the device, within a factor of two. It keeps squares of coordinates within the range of f32.
+/// The largest power of two that a coordinate on the device may reach; coordinates stay below twice this value. The limit
+/// keeps squares of coordinates within the range of f32.
 const FARTHEST: f64 = (1_u64 << 50) as f64;
 
 impl Units {
-    /// Chooses the units for a scene from the sizes of its instances, its extent, and its brightest light at any time.
-    /// `origin` is usually the camera's position.
+    /// Chooses the units for a scene from the usual size of its instances, its extent, and its brightest light at any time.
+    /// `origin`, usually the camera's position, is a point of the world in scene units.
     pub fn of(scene: &Scene, origin: DVec3) -> Self {
         let brightest = |lights: f32, emission: Vec3| lights.max(emission.max_element());
         let lights = scene.materials.iter().map(|m| m.emission);
@@ -75,7 +77,7 @@ impl Units {
         }
     }
 
-    /// The largest distance along an axis from the origin, in scene units, at which coordinates stay in range on the device.
+    /// The largest distance from the origin along an axis, in scene units, that can be stored on the device.
     pub fn farthest(&self) -> f64 {
         2.0 * FARTHEST * self.length
     }

@@ -1,4 +1,5 @@
-//! The driver's acceleration structures for ray query: a bottom level for each mesh, and a top level over the instances.
+//! The driver's acceleration structures, in which shaders trace ray queries: a bottom-level structure for each mesh, and
+//! top-level structures over the instances.
 
 use super::buffer::{Buffer, Usage};
 use super::commands::Commands;
@@ -14,8 +15,8 @@ pub struct AccelerationStructure {
     buffer: Buffer,
 }
 
-/// The triangles of one mesh, from which a bottom-level structure is built. A triangle is nine floats (three positions),
-/// without indices.
+/// The triangles of one mesh, from which a bottom-level structure is built. A triangle is nine floats, the positions of its
+/// three corners; there are no vertex indices.
 #[derive(Clone, Copy)]
 pub struct BlasGeometry<'a> {
     /// Buffer with the triangles of all meshes, 36 bytes each. Their positions are in object space:
@@ -25,8 +26,8 @@ pub struct BlasGeometry<'a> {
     pub first_triangle: u32,
     /// Number of triangles of the mesh, which are consecutive in `positions`.
     pub triangle_count: u32,
-    /// True if every intersection is a hit, without work of the shader. Otherwise the shader decides for each intersection,
-    /// for example by alpha.
+    /// True if every intersection is a hit, so that the shader need not look at it. Otherwise the shader accepts or rejects
+    /// each intersection, for example by its alpha.
     pub opaque: bool,
 }
 
@@ -43,7 +44,8 @@ pub struct TlasInstance<'a> {
 }
 
 impl AccelerationStructure {
-    /// Builds the bottom-level structure of one mesh, and waits for the build. Tools and messages show `name`.
+    /// Builds the bottom-level structure of one mesh on the device, and waits for the build. Profilers, debuggers and
+    /// messages show `name`.
     ///
     /// # Errors
     /// The device was opened without ray query.
@@ -74,8 +76,8 @@ impl AccelerationStructure {
         Ok(structure)
     }
 
-    /// Builds a top-level structure over `instances`, and waits for the build. [`Self::rebuild_top`] can later replace the
-    /// instances by up to `capacity` others. Tools and messages show `name`.
+    /// Builds a top-level structure over `instances` on the device, and waits for the build. [`Self::rebuild_top`] can later
+    /// replace the instances by up to `capacity` other ones. Profilers, debuggers and messages show `name`.
     ///
     /// # Errors
     /// There are more than 2²⁴ instances, or the errors of [`AccelerationStructure::bottom`].
@@ -92,8 +94,8 @@ impl AccelerationStructure {
         Ok(structure)
     }
 
-    /// Rebuilds a structure that [`Self::top`] has made, with new instances, and waits for the build. The caller checks that
-    /// the instances do not exceed the structure's capacity.
+    /// Rebuilds a structure that [`Self::top`] has made, over the new `instances`, and waits for the build. The caller must
+    /// check that their number does not exceed the structure's capacity.
     ///
     /// # Errors
     /// The errors of [`AccelerationStructure::top`].
@@ -102,12 +104,14 @@ impl AccelerationStructure {
         self.fill(Build::over_instances(&buffer)?, instances.len() as u32)
     }
 
-    /// Size in bytes of the buffer that stores the structure, without the scratch memory of builds.
+    /// Size in bytes of the buffer that stores the structure. It does not include scratch memory, which exists only during a
+    /// build.
     pub fn size(&self) -> u64 {
         self.buffer.size()
     }
 
-    /// Makes a structure that is not built yet, with memory for up to `capacity` triangles or instances.
+    /// Makes a structure with memory for up to `capacity` triangles or instances. It has no content until [`Self::fill`]
+    /// builds it.
     fn make(device: &Arc<Device>, name: &str, build: Build<'_>, capacity: u32) -> Result<Self> {
         let functions = functions(device)?;
         let sizes = build.sizes(functions, capacity);
@@ -131,7 +135,8 @@ impl AccelerationStructure {
         Ok(Self { raw, buffer })
     }
 
-    /// Builds the structure from `count` triangles or instances, at most its capacity, and waits for the build.
+    /// Builds the content of the structure from `count` triangles or instances, which must not exceed its capacity, and
+    /// waits for the build.
     fn fill(&self, build: Build<'_>, count: u32) -> Result<()> {
         let (device, name) = (&self.buffer.device, self.buffer.name());
         if !device.runs() {
@@ -175,7 +180,8 @@ impl AccelerationStructure {
     }
 }
 
-/// Input of a build: the level of the structure, and its triangles or instances on the device.
+/// The input of a build: the level of the structure (bottom or top), and the address of its triangles or instances on the
+/// device.
 #[derive(Clone, Copy)]
 struct Build<'a> {
     kind: vk::AccelerationStructureTypeKHR,
@@ -208,7 +214,7 @@ impl Build<'_> {
             .geometries(geometries)
     }
 
-    /// Sizes in bytes of a structure of `count` triangles or instances, and of the scratch memory of its build.
+    /// Sizes in bytes of a structure of `count` triangles or instances, and of the scratch memory that its build needs.
     fn sizes(
         &self,
         functions: &khr::acceleration_structure::Device,
@@ -229,7 +235,8 @@ impl Build<'_> {
     }
 }
 
-/// A new buffer with the instances in the layout that a build reads (`VkAccelerationStructureInstanceKHR`).
+/// Makes a buffer on the device with the instances in the layout that a build reads (`VkAccelerationStructureInstanceKHR`).
+/// `name` is that of the top-level structure.
 fn instance_buffer(
     device: &Arc<Device>,
     name: &str,

@@ -1,4 +1,4 @@
-//! Buffers, each with a separate range of memory, and copies between them and the host.
+//! Buffers, each with a separate range of memory, and copies between buffers and the host.
 
 use super::commands::Commands;
 use super::device::Device;
@@ -10,12 +10,13 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// Uses of a buffer besides storage and copies, which every buffer allows.
+/// The optional uses of a buffer, which must be requested when it is made. Without any, a buffer can be a storage buffer,
+/// and the source or the destination of copies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Usage {
-    /// The buffer is input of the build of an acceleration structure: positions or instances.
+    /// The buffer can be input for the build of an acceleration structure: positions of triangles, or instances.
     pub acceleration_input: bool,
-    /// The buffer stores an acceleration structure.
+    /// The buffer can store an acceleration structure.
     pub acceleration_storage: bool,
     /// The buffer can be bound as a uniform buffer.
     pub uniform: bool,
@@ -24,11 +25,11 @@ pub struct Usage {
     pub texels: bool,
 }
 
-/// A named buffer, whose memory is freed when it is dropped. On a device that only compiles it has a size but no memory, and
-/// reads as zeros.
+/// A buffer with a name, whose memory is freed when the value is dropped. On a device that only compiles
+/// ([`Features::compiles_only`](super::Features::compiles_only)), it has a size but no memory, and reads as zeros.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
-    /// The view through which shaders read texels; null without [`Usage::texels`].
+    /// The view through which shaders read the buffer as texels; null without [`Usage::texels`].
     pub(super) view: vk::BufferView,
     pub(super) device: Arc<Device>,
     allocation: Option<Allocation>,
@@ -38,9 +39,9 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Makes a buffer in device memory. `size` is in bytes and is rounded up to a multiple of 16, at least 16, so that an
-    /// empty array can be bound too. The contents are undefined, or zeros with
-    /// [`Features::hashed_outputs`](super::Features::hashed_outputs).
+    /// Makes a buffer in device memory; profilers, debuggers and messages show `name`. `size` is in bytes. It is rounded up
+    /// to a multiple of 16, and to at least 16, so that an empty array can be bound too. The contents are undefined, or
+    /// zeros with [`Features::hashed_outputs`](super::Features::hashed_outputs).
     ///
     /// # Errors
     /// `size` exceeds a limit of the device or its free memory.
@@ -54,7 +55,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Makes a buffer in device memory, copies `data` into it, and waits for the copy.
+    /// Makes a buffer in device memory that is as large as `data`, copies `data` into it, and waits for the copy.
     ///
     /// # Errors
     /// The errors of [`Buffer::new`].
@@ -167,7 +168,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Size in bytes: the requested size rounded up to a multiple of 16, at least 16.
+    /// Size of the buffer in bytes: the requested size, rounded up to a multiple of 16, and at least 16.
     pub fn size(&self) -> u64 {
         self.size
     }
@@ -177,13 +178,13 @@ impl Buffer {
         self.is_texels
     }
 
-    /// Name of the buffer, which tools and messages show.
+    /// Name of the buffer, which profilers, debuggers and messages show.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Device address of the buffer, by which shaders and builds of acceleration structures access it without a binding; 0
-    /// on a device that only compiles.
+    /// Address of the buffer in device memory, by which shaders and builds of acceleration structures access it without a
+    /// binding. It is 0 on a device that only compiles.
     ///
     /// # Errors
     /// The device was opened without buffer addresses.
@@ -202,7 +203,8 @@ impl Buffer {
         Ok(unsafe { self.device.raw.get_buffer_device_address(&info) })
     }
 
-    /// [`Self::address`] as shaders take it: x has the lower 32 bits, y the upper 32 bits.
+    /// The address from [`Self::address`] as two words, the form in which shaders read it: x is the lower 32 bits, y the
+    /// upper 32 bits.
     ///
     /// # Errors
     /// The errors of [`Self::address`].
@@ -211,8 +213,7 @@ impl Buffer {
         Ok(UVec2::new(address as u32, (address >> 32) as u32))
     }
 
-    /// Overwrites the start of the buffer with `data`, and waits for the copy. On a device that only compiles it has no
-    /// effect.
+    /// Copies `data` to the start of the buffer, and waits for the copy. On a device that only compiles, it does nothing.
     ///
     /// # Errors
     /// `data` is larger than the buffer.
@@ -237,11 +238,11 @@ impl Buffer {
         Ok(())
     }
 
-    /// Copies the first `count` values of the buffer to the host, and waits for the copy. On a device that only compiles,
-    /// all values are zeros.
+    /// Copies the first `count` values from the start of the buffer to the host, and waits for the copy. On a device that
+    /// only compiles, all values are zeros.
     ///
     /// # Errors
-    /// `count` values are larger than the buffer.
+    /// The buffer has fewer than `count` values of the type `T`.
     pub fn read<T: bytemuck::Pod>(&self, count: usize) -> Result<Vec<T>> {
         let size = count * size_of::<T>();
         self.check(size as u64)?;
@@ -271,7 +272,8 @@ impl Buffer {
         Ok(values)
     }
 
-    /// Makes a buffer of at least `size` bytes in memory that the host can write, from which uploads are copied.
+    /// Makes a buffer of at least `size` bytes in memory that the host can write. Uploads are written into it, and copied
+    /// from it to device memory.
     pub(super) fn staging(device: &Arc<Device>, size: u64) -> Result<Self> {
         Self::with_location(
             device,
@@ -292,7 +294,8 @@ impl Buffer {
         Ok(())
     }
 
-    /// The bytes of the buffer, for reading and writing on the host. It is an error if the host cannot access its memory.
+    /// The bytes of the buffer, for reading and writing on the host. The call fails if the host cannot access the memory of
+    /// the buffer.
     pub(super) fn mapped(&mut self) -> Result<&mut [u8]> {
         self.allocation
             .as_mut()
@@ -316,8 +319,8 @@ impl Drop for Buffer {
     }
 }
 
-/// Copies `size` bytes between two buffers, and waits. Offsets are in bytes; the caller has checked that both ranges are
-/// inside their buffers.
+/// Copies `size` bytes from one buffer to another, and waits for the copy. Offsets are in bytes. The caller must have
+/// checked that both ranges are inside their buffers.
 fn copy(
     device: &Arc<Device>,
     (from, from_offset): (&Buffer, u64),

@@ -1,4 +1,4 @@
-//! A command buffer that is recorded, submitted once and waited for.
+//! A command buffer that is recorded, submitted once, and waited for.
 
 use super::device::Device;
 use super::recorder::{MAX_TIMED_REGIONS, PassTime, Recorder, Submission};
@@ -14,23 +14,24 @@ use std::time::Instant;
 pub(super) struct Commands {
     pub(super) device: Arc<Device>,
     /// Descriptor pools of the recorded commands, one per recorded pass. They are destroyed after the commands have
-    /// finished, or when the commands are dropped without submission.
+    /// finished, or when this value is dropped without submission.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
     recorder: Recorder,
     /// Index of the frame that the submission ends, and the image that shows this frame, for capture tools
     /// (`VK_EXT_frame_boundary`). `None` if the submission ends no frame.
     frame_end: Option<(u32, vk::Image)>,
     /// True after [`Commands::submit`]. The recorder (the command buffer with its fence and timestamps) then belongs to a
-    /// [`Submission`], and dropping the commands must not reuse it.
+    /// [`Submission`], so dropping this value must not give the recorder back for reuse.
     is_submitted: bool,
-    /// The timed regions recorded so far, in order; a region is usually one pass. A pair has the name of a region, and true
-    /// if its pass runs for the first time. Region `i` has the timestamp queries `2 i` and `2 i + 1`.
+    /// The timed regions recorded so far, in order; a region is usually one pass. Each entry is a pair: the name of the
+    /// region, and true if the region's pass runs for the first time. Region `i` has the timestamp queries `2 i` (start) and
+    /// `2 i + 1` (end).
     regions: Vec<(String, bool)>,
 }
 
 impl Commands {
-    /// An empty command buffer that is ready to be recorded. It uses an idle recorder of the device (a command buffer with
-    /// fence and timestamps), or a new one.
+    /// Begins to record commands. The recorder (a command buffer with fence and timestamps) is an idle one of the device, or
+    /// a new one if none is idle.
     pub(super) fn new(device: &Arc<Device>) -> Result<Self> {
         let fail = |e| device.failure("begin recording", e);
         let timestamps = device.info.timestamp_period > 0.0;
@@ -53,13 +54,13 @@ impl Commands {
         Ok(commands)
     }
 
-    /// Vulkan handle of the command buffer, with which other files record commands.
+    /// Vulkan handle of the command buffer, to which other modules record commands.
     pub(super) const fn raw(&self) -> vk::CommandBuffer {
         self.recorder.raw
     }
 
-    /// Records a global memory barrier: all commands recorded before it finish, and their writes become visible to all later
-    /// commands and to the host.
+    /// Records a global memory barrier. All commands recorded before it finish before later commands begin, and their writes
+    /// become visible to these commands and to the host.
     pub(super) fn barrier(&self) {
         let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barrier = [vk::MemoryBarrier::default()
@@ -80,7 +81,8 @@ impl Commands {
         }
     }
 
-    /// Records a fill of the whole buffer with zeros. The caller keeps the buffer alive until the commands have run.
+    /// Records a command that fills the whole buffer with zeros. The caller keeps the buffer alive until the commands have
+    /// run.
     pub(super) fn clear(&self, buffer: vk::Buffer) {
         // SAFETY: every buffer allows transfers, and this one is alive until the commands have run.
         unsafe {
@@ -89,8 +91,8 @@ impl Commands {
         }
     }
 
-    /// Opens a timed region, usually one pass, with the debug label `name` and a start timestamp; [`Commands::end`] closes
-    /// it. Regions must not nest. `first_run` is true if the region's pass runs for the first time; it is copied to
+    /// Opens a timed region, usually one pass: records the debug label `name` and a start timestamp. [`Commands::end`]
+    /// closes it; regions must not nest. `first_run` is true if the region's pass runs for the first time, and is copied to
     /// [`PassTime::first_run`].
     pub(super) fn begin(&mut self, name: &str, first_run: bool) {
         if let (Some(debug), Ok(label)) = (&self.device.debug, CString::new(name)) {
@@ -111,8 +113,8 @@ impl Commands {
         }
     }
 
-    /// Marks the submission as the end of the frame with index `index`, which `picture` shows. Capture tools find frames by
-    /// this mark; it has no effect on a device without `VK_EXT_frame_boundary`.
+    /// Marks the submission as the end of the frame with the index `index`; the image `picture` shows this frame. Capture
+    /// tools find frames by such marks. On a device without `VK_EXT_frame_boundary` the mark has no effect.
     pub(super) fn ends_frame(&mut self, index: u32, picture: vk::Image) {
         self.frame_end = Some((index, picture));
     }
@@ -131,8 +133,8 @@ impl Commands {
         }
     }
 
-    /// Submits all commands, waits for them, and returns the time on the device of each timed region (usually one pass), in
-    /// the order of recording. The list is empty on a device without timestamps.
+    /// Submits all commands, waits for them, and returns the time that each timed region (usually one pass) took on the
+    /// device, in the order of recording. The list is empty on a device without timestamps.
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -141,8 +143,8 @@ impl Commands {
         Ok(device.wait_for(self.submit()?)?.0)
     }
 
-    /// Submits all commands without waiting. The caller passes the returned [`Submission`] to [`Device::wait_for`], which
-    /// waits for the commands and returns the times of their passes.
+    /// Submits all commands without waiting for them. The caller passes the returned [`Submission`] to [`Device::wait_for`],
+    /// which waits for the commands and returns the times of their passes.
     ///
     /// # Errors
     /// The device is lost or out of memory.

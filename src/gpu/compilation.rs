@@ -1,7 +1,7 @@
 //! Programs (compute pipelines with their layouts) that are made in background threads.
 //!
-//! A driver takes up to a second for a large shader, on one core. So the programs of all passes are compiled at the same
-//! time, and the first recording of a pass waits for its program.
+//! A driver takes up to a second to compile a large shader, on one core. So the programs of all passes are compiled at the
+//! same time, each in its own thread, and the first recording of a pass waits for its program.
 
 use super::device::Device;
 use super::program::{Program, Source};
@@ -9,15 +9,15 @@ use crate::{Error, Result};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
 
-/// A program (a compute pipeline with its layouts), or the message of the error that prevented it.
+/// The result of making a program (a compute pipeline with its layouts): the program, or the text of the error.
 type Made = std::result::Result<Program, String>;
 
-/// Stack size of a compiling thread in bytes. It is the usual size of a main thread's stack, because compilers recurse
-/// deeply.
+/// Stack size, in bytes, of each thread that makes a program. Drivers' compilers recurse deeply, so it is the usual size of
+/// a main thread's stack.
 const STACK_BYTES: usize = 8 << 20;
 
-/// A program (a compute pipeline with its layouts) that a background thread makes or has made. Dropping it waits for the
-/// driver's compiler, which cannot be interrupted.
+/// A program (a compute pipeline with its layouts) that a background thread makes or has made. Dropping the value waits for
+/// the thread, because the driver's compiler cannot be interrupted.
 pub(super) struct Compilation {
     name: String,
     made: OnceLock<Made>,
@@ -26,7 +26,7 @@ pub(super) struct Compilation {
 
 impl Compilation {
     /// Starts a thread that makes a program from the shader and the values in `source`. If no thread can be started, the
-    /// call itself makes the program.
+    /// program is made before the call returns.
     pub(super) fn start(device: &Arc<Device>, source: Source) -> Self {
         let source = Arc::new(source);
         let make = |device: &Arc<Device>, source: &Source| {
@@ -51,7 +51,7 @@ impl Compilation {
         }
     }
 
-    /// Waits until the program is made, and returns it; later calls return at once.
+    /// Waits until the background thread has made the program, and returns the program. Later calls return it at once.
     ///
     /// # Errors
     /// The shader binds more storage buffers than the device allows, or the driver rejects the shader.

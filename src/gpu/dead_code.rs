@@ -1,20 +1,20 @@
 //! Removal of code that a specialised shader cannot run, and of the bindings that only such code uses.
 //!
-//! A shader contains the code of all settings, and every binding that its code names must be bound, even if the code cannot
-//! run. But devices limit the number of buffers that are bound to a shader: to 30 with SwiftShader, and to 32 with lavapipe
-//! of Mesa 22. Lavapipe crashes beyond its limit.
+//! The source of a shader contains the code of all settings, and every binding that its code names must be bound, even if
+//! the code cannot run. But devices limit the number of buffers that one shader can bind: to 30 with SwiftShader, and to 32
+//! with lavapipe of Mesa 22. Lavapipe crashes beyond its limit.
 //!
 //! Conditional constant propagation finds the blocks that can be reached (Wegman and Zadeck, "Constant Propagation with
-//! Conditional Branches", 1991). The other blocks stay, but empty, so that control flow keeps the structure that SPIR-V
-//! requires.
+//! Conditional Branches", 1991). All other blocks are emptied, but not removed, so that the control flow keeps the structure
+//! that SPIR-V requires.
 
 use super::specialise::{fold, words_of_constants};
 use rspirv::dr::{Block, Function, Instruction, Module, Operand};
 use rspirv::spirv::{Op, Word};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Removes the code of `module` that no invocation reaches, and then the functions, variables and scalar constants that have
-/// no use any more. `module` must be specialised.
+/// Removes the code of `module` that no invocation can reach, and then the functions, variables and scalar constants that
+/// nothing uses any more. The specialisation constants of `module` must already be ordinary constants.
 pub fn remove_dead_code(module: &mut Module) {
     let mut constants = words_of_constants(module);
     let values = module.all_inst_iter();
@@ -45,8 +45,9 @@ fn id_of_function(function: &Function) -> Option<Word> {
     function.def.as_ref()?.result_id
 }
 
-/// The labels of all blocks that can be reached, in all functions. A function that always returns the same constant word is
-/// added to `constants`, as its id and the word, so that its callers may reach fewer blocks.
+/// The labels of all blocks that can be reached, in all functions of the module. `constants` maps the ids of constants to
+/// their words. Each function that always returns the same word is added to it, as the function's id and this word, because
+/// its callers may then reach fewer blocks.
 fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) -> HashSet<Word> {
     loop {
         let mut live = HashSet::new();
@@ -69,8 +70,8 @@ fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) ->
     }
 }
 
-/// Ids of the function's variables that have no initialiser and are only loaded and stored as a whole. [`Reached`] tracks
-/// the content of these variables only.
+/// Ids of the function's variables that have no initialiser, and that are used only by loads and stores of the whole
+/// variable. [`Reached`] tracks the content of these variables only.
 fn whole_variables(function: &Function) -> HashSet<Word> {
     let mut variables = HashSet::new();
     for instruction in instructions_of(function) {
@@ -85,7 +86,8 @@ fn whole_variables(function: &Function) -> HashSet<Word> {
     variables
 }
 
-/// The known content of a value that was reached: one constant word, or no constant.
+/// What is known about a value or a variable of the shader: that it is one constant word in every invocation, or that it may
+/// vary.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
     /// The value is this 32-bit word in every invocation; booleans are 0 or 1.
@@ -93,8 +95,8 @@ enum Known {
     Varies,
 }
 
-/// The common content of several values: their word if all have the same one, otherwise [`Known::Varies`]. `None` if there
-/// are no values.
+/// What is known about a value that can be any of several `values`: their word if it is the same for all, otherwise
+/// [`Known::Varies`]. `None` if there are no values.
 fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     let first = values.next()?;
     Some(match values.all(|other| other == first) {
@@ -103,18 +105,19 @@ fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     })
 }
 
-/// The reachable part of a function, and the content of the values in it.
+/// The blocks of one function that can be reached, and what is known about the values in them.
 struct Reached<'a> {
     constants: &'a HashMap<Word, u32>,
-    /// Ids of the values that the function computes.
+    /// Ids of the values that instructions of the function compute, reached or not.
     own: HashSet<Word>,
-    /// Ids of the variables that are only loaded and stored as a whole, from [`whole_variables`].
+    /// Ids of the function's variables that are only loaded and stored as a whole, as [`whole_variables`] finds them.
     variables: HashSet<Word>,
-    /// The known content of values that were reached and of `variables`, by id. An id is missing until it is reached.
+    /// What is known about each value that was reached and about the content of each of the `variables`, by id. An id is
+    /// missing until its instruction, or a store to the variable, is reached.
     known: HashMap<Word, Known>,
     /// Labels of the blocks that were reached.
     blocks: HashSet<Word>,
-    /// Edges of the control flow that were reached: the label of a block, and that of its successor.
+    /// The edges of the control flow that were reached: pairs of the label of a block and the label of its successor.
     edges: HashSet<(Word, Word)>,
 }
 
@@ -143,8 +146,9 @@ impl<'a> Reached<'a> {
         }
     }
 
-    /// Evaluates the instructions of a block and follows its branches, if the block was reached. Returns true if this
-    /// reached a new edge or changed a value, so that another round is needed.
+    /// Evaluates the instructions of a block, and adds the blocks that may follow it to those that were reached. Does
+    /// nothing if the block itself was not reached. Returns true if a new edge was reached or the knowledge of a value
+    /// changed, so that all blocks must be visited again.
     fn visit(&mut self, block: &Block) -> bool {
         let Some(here) = label_of(block).filter(|label| self.blocks.contains(label)) else {
             return false;
@@ -177,7 +181,9 @@ impl<'a> Reached<'a> {
         is_new
     }
 
-    /// The known content of an operand; `None` if it is a value of the function that was not reached yet.
+    /// What is known about an operand of an instruction: the word of a constant, or what was found for a value of this
+    /// function. Literals, parameters and all other values vary. `None` for a value of this function whose instruction was
+    /// not reached yet.
     fn operand(&self, operand: &Operand) -> Option<Known> {
         let Operand::IdRef(id) = operand else {
             return Some(Known::Varies);
@@ -189,8 +195,8 @@ impl<'a> Reached<'a> {
         }
     }
 
-    /// The known content of the result of an instruction in the block with the label `here`. `None` for a phi without an
-    /// input that was reached, and for a load of a variable to which nothing was stored yet.
+    /// What is known about the result of an instruction in the block with the label `here`. `None` if nothing is known yet:
+    /// for a phi of which no input was reached, and for a load of a tracked variable to which no store was reached.
     fn evaluate(&self, instruction: &Instruction, here: Word) -> Option<Known> {
         let operands = &instruction.operands;
         let operation = instruction.class.opcode;
@@ -235,7 +241,7 @@ impl<'a> Reached<'a> {
         Some(folded.map_or(Known::Varies, Known::Word))
     }
 
-    /// The known content of the value that the function returns; `None` if no reached block returns one.
+    /// What is known about the value that the function returns. `None` if no block that was reached returns a value.
     fn returned(&self, function: &Function) -> Option<Known> {
         let blocks = function.blocks.iter();
         let live = blocks.filter(|block| label_of(block).is_some_and(|l| self.blocks.contains(&l)));
@@ -244,7 +250,8 @@ impl<'a> Reached<'a> {
         common(returns.filter_map(|i| self.operand(i.operands.first()?)))
     }
 
-    /// Labels of the blocks that may follow `block`: only one if the condition of its branch is a known constant.
+    /// Labels of the blocks that may follow `block`. If the condition of its last instruction is a known constant, it is the
+    /// label of the selected block only. Empty if the block ends the function.
     fn successors(&self, block: &Block) -> Vec<Word> {
         let Some(last) = block.instructions.last() else {
             return Vec::new();
@@ -275,9 +282,9 @@ impl<'a> Reached<'a> {
     }
 }
 
-/// New zero constants (`OpConstantNull`), which replace values whose computation was removed; one for each type of these
-/// values. They are sorted by type, so that a shader has the same words in every run: drivers cache compiled shaders by a
-/// hash of the words.
+/// Zero constants (`OpConstantNull`) that replace values whose computation was removed; one for each type of such values.
+/// They are sorted by the id of the type, so that a shader has the same words in every run, because drivers cache compiled
+/// shaders by a hash of the words.
 struct Nulls {
     by_type: BTreeMap<Word, Word>,
     next: Word,
@@ -310,9 +317,9 @@ impl Nulls {
     }
 }
 
-/// Removes all instructions of blocks whose label is not in `live`, except their merge instructions and terminators. Where
-/// these terminators, or phis of live blocks, use a removed result, a zero constant replaces it. `types` has the type of
-/// each value.
+/// Removes all instructions of each block whose label is not in `live`, except its merge instruction and its terminator. If
+/// such a terminator uses a removed result, or a phi of a live block uses a value from an emptied block, a zero constant
+/// from `nulls` replaces it. `types` maps the id of each value to the id of its type.
 fn empty_other_blocks(
     function: &mut Function,
     live: &HashSet<Word>,
@@ -354,7 +361,8 @@ fn empty_other_blocks(
     }
 }
 
-/// True for merge instructions and terminators, which make up the control flow and stay in unreachable blocks.
+/// True for merge instructions and terminators (branches, switches, returns). They make up the control flow, and stay in
+/// blocks that cannot be reached.
 fn is_structure(instruction: &Instruction) -> bool {
     matches!(
         instruction.class.opcode,
@@ -393,8 +401,8 @@ fn remove_functions(module: &mut Module) {
         .retain(|function| id_of_function(function).is_some_and(|id| called.contains(&id)));
 }
 
-/// Removes variables of the module that no function uses, also from the interfaces of entry points. Their bindings then need
-/// no resource.
+/// Removes global variables that no function uses, such as buffers, and their entries in the interfaces of entry points. The
+/// bindings of these variables then need no resource.
 fn remove_variables(module: &mut Module) {
     let operands = (module.functions.iter())
         .flat_map(instructions_of)
@@ -414,8 +422,8 @@ fn remove_variables(module: &mut Module) {
     }
 }
 
-/// Removes scalar constants that nothing uses. Shaders that differ only in constants without a use are equal after this, so
-/// that a driver can reuse what it compiled.
+/// Removes scalar constants that nothing uses. Shaders that differ only in the values of unused constants then have equal
+/// words, so that a driver compiles them only once.
 fn remove_constants(module: &mut Module) {
     let names = [Op::Name, Op::MemberName, Op::Decorate, Op::MemberDecorate];
     let operands = (module.all_inst_iter())
@@ -428,7 +436,8 @@ fn remove_constants(module: &mut Module) {
     });
 }
 
-/// Removes the names and decorations of ids that no longer exist. SPIR-V with such a name or decoration is not valid.
+/// Removes the names and decorations of ids that no longer exist, because SPIR-V with a name or decoration of a missing id
+/// is not valid.
 fn remove_names(module: &mut Module) {
     let there: HashSet<Word> = module.all_inst_iter().filter_map(|i| i.result_id).collect();
     let is_of_something = |i: &Instruction| {

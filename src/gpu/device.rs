@@ -1,4 +1,5 @@
-//! An open device (Vulkan's logical device): its queue and memory, and names and labels for tools.
+//! An open device (Vulkan's logical device): its queue and memory, and the names and labels that profilers and debuggers
+//! show.
 
 use super::device_info::DeviceInfo;
 use super::instance::{Instance, change_lists, walk_lists};
@@ -15,30 +16,32 @@ use std::ffi::CString;
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Optional features with which a device is opened. Each is enabled only if it is requested, because not every device has
-/// it.
+/// Optional features with which a device is opened. A feature is enabled only if it is requested, because not every device
+/// has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
     /// Enables acceleration structures and ray queries in compute shaders. It includes `buffer_addresses`.
     pub ray_query: bool,
     /// Gives every buffer a device address, by which shaders access it without a binding.
     pub buffer_addresses: bool,
-    /// Enables arrays of sampled images, which each invocation indexes by itself (descriptor indexing).
+    /// Enables arrays of sampled images whose index may differ between the invocations of a subgroup (descriptor indexing).
     pub image_arrays: bool,
-    /// Enables presentation of pictures to a headless surface. Submissions also mark the ends of frames for capture tools,
-    /// if the device can do so.
+    /// Enables presentation of pictures to a headless surface (a surface without a window), by which capture tools find
+    /// frames. Submissions also mark the ends of frames, if the device has `VK_EXT_frame_boundary`.
     pub presentation: bool,
     /// Records statistics of the driver's compiler about each pipeline ([`CompilerReport`](super::CompilerReport)).
     pub executable_properties: bool,
-    /// Not a feature of the driver: the device only makes pipelines. Buffers have no memory and read as zeros, and no
-    /// command runs. A driver without its GPU can be used so.
+    /// Not a feature of the driver: the device only compiles pipelines. Buffers have no memory and read as zeros, and no
+    /// command runs. So the compiler of a driver can be used on a machine without the driver's GPU.
     pub compiles_only: bool,
-    /// Not a feature of the driver: outputs of passes can be hashed ([`Device::hash_outputs`]). Buffers begin with zeros, so
-    /// that bytes that no pass wrote do not change the hashes.
+    /// Not a feature of the driver: the buffers that passes write can be hashed for regression tests
+    /// ([`Device::hash_outputs`]). Every buffer begins with zeros, so that bytes that no pass writes do not change the
+    /// hashes.
     pub hashed_outputs: bool,
 }
 
-/// An open device with its queue and memory allocator. All objects that are made from it keep it open.
+/// An open device with its queue and memory allocator. Buffers, passes and other objects that are made from a device keep it
+/// open.
 pub struct Device {
     /// Properties, limits and abilities of the physical device.
     pub info: DeviceInfo,
@@ -50,25 +53,27 @@ pub struct Device {
     pub(super) debug: Option<ext::debug_utils::Device>,
     pub(super) presentation: Option<khr::swapchain::Device>,
     pub(super) executables: Option<khr::pipeline_executable_properties::Device>,
-    /// True if submissions mark the ends of frames: presentation was requested and the device has `VK_EXT_frame_boundary`.
+    /// True if submissions mark the ends of frames for capture tools: presentation was requested, and the device has
+    /// `VK_EXT_frame_boundary`.
     pub(super) ends_frames: bool,
-    /// Minimum alignment of scratch memory for builds of acceleration structures, in bytes; at least 256.
+    /// Minimum alignment, in bytes, of the address of scratch memory for builds of acceleration structures; at least 256.
     pub(super) scratch_alignment: u64,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
     /// Lock that is held while the queue is used, because Vulkan allows only one thread at a time to use it.
     pub(super) queue_lock: Mutex<()>,
-    /// Recorders (command buffers with fence and timestamps) that are not in use, kept for later commands.
+    /// Recorders (command buffers with fence and timestamps) whose commands have finished. Later recordings reuse them.
     pub(super) idle: Mutex<Vec<Recorder>>,
-    /// Submissions that nothing has waited for yet, the oldest first.
+    /// Submissions that no caller has waited for yet, the oldest first. Their commands may still run.
     pub(super) running: Mutex<VecDeque<Submission>>,
-    /// Records of the work on the device, such as compiled shaders and memory in use, for profiles and regression tests.
+    /// Records of the work on the device since it was opened, such as compiled shaders and memory in use. Profiles and
+    /// regression tests read them.
     pub records: Records,
     instance: Arc<Instance>,
 }
 
 impl Device {
-    /// Runs each pass separately from now on, and stores a hash of each buffer that it may write
-    /// ([`Records::take_outputs`]).
+    /// From now on, runs each pass in a separate submission, and stores a hash of each buffer that the pass may write.
+    /// [`Records::take_outputs`] returns the hashes.
     ///
     /// # Errors
     /// The device was opened without [`Features::hashed_outputs`].
@@ -84,8 +89,9 @@ impl Device {
 
     /// Opens the physical device `info` with `features`.
     ///
-    /// Under the validation layers no other thread may use Vulkan while a device is opened or closed. The layers (1.3.239)
-    /// keep their devices in a map without a lock, and a change of the map during another thread's look-up damages the heap.
+    /// If the validation layers are loaded, no other thread may use Vulkan while a device is opened or closed. The layers
+    /// (1.3.239) keep their devices in a map without a lock. A change of the map while another thread looks a device up
+    /// damages the heap.
     ///
     /// # Errors
     /// The device lacks one of the features, the driver cannot open it, its memory allocator cannot be made, or the host
@@ -236,13 +242,14 @@ impl Device {
         Ok(device)
     }
 
-    /// True if the device runs commands and its buffers have contents; false with [`Features::compiles_only`].
+    /// True if the device runs commands and its buffers have memory; false if it only compiles
+    /// ([`Features::compiles_only`]).
     pub(super) const fn runs(&self) -> bool {
         !self.features.compiles_only
     }
 
-    /// Checks that the host can map memory of the device. A driver without its GPU fails here, and would crash where
-    /// commands are recorded.
+    /// Checks that the host can map memory of the device. The check fails on a machine without the driver's GPU. Without the
+    /// check, such a driver would crash when commands are recorded.
     ///
     /// # Errors
     /// The host cannot map the memory, or the device has none left for the check.
@@ -275,13 +282,13 @@ impl Device {
         )))
     }
 
-    /// Messages of the validation layers so far, the oldest first, for all devices of the instance; empty without
-    /// validation.
+    /// Messages of the validation layers since the Vulkan instance was made, the oldest first, about all devices of the
+    /// instance. Empty if the validation layers are not loaded.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.validation_messages()
     }
 
-    /// Names of the tools between Headwater and the device, such as capture layers; see [`Instance::tools`].
+    /// Names of the tools that are active between Headwater and the device, such as capture layers; see [`Instance::tools`].
     pub fn tools(&self) -> Vec<String> {
         self.instance.tools(&self.info)
     }
@@ -291,8 +298,8 @@ impl Device {
         &self.instance
     }
 
-    /// Opens a debug label around all submissions until the returned value is dropped. Capture tools and profilers show
-    /// `name`.
+    /// Opens a debug label with the text `name` in the queue, and ends it when the returned value is dropped. Capture tools
+    /// and profilers show the label around all submissions between these two moments.
     pub fn label(self: &Arc<Self>, name: &str) -> Label {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
@@ -304,7 +311,8 @@ impl Device {
         Label(None)
     }
 
-    /// Gives a Vulkan object the name that debugging tools and messages show.
+    /// Sets the name of a Vulkan object, which debugging tools and validation messages show. It has no effect without debug
+    /// utilities.
     pub(super) fn name<T: vk::Handle>(&self, object: T, name: &str) {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let info = vk::DebugUtilsObjectNameInfoEXT::default()
@@ -316,8 +324,8 @@ impl Device {
         }
     }
 
-    /// Allocates memory for a buffer or an image as `wanted` describes. `bytes` is the size of the buffer or image, for the
-    /// error message.
+    /// Allocates memory for a buffer or an image as `wanted` describes it. `bytes`, the size of the buffer or image, is only
+    /// for the error message.
     ///
     /// # Errors
     /// The device has too little free memory, or none of a suitable type.
@@ -335,7 +343,8 @@ impl Device {
         self.allocator.lock().map_err(panicked)
     }
 
-    /// The error for a failed allocation of `bytes` bytes, which names the object and the device.
+    /// The error for a failed allocation of `bytes` bytes. Its message has the name of the buffer or image from `wanted`,
+    /// and the name of the device.
     fn lacks(
         &self,
         wanted: &AllocationCreateDesc<'_>,
@@ -348,14 +357,15 @@ impl Device {
         ))
     }
 
-    /// Frees the memory of a buffer or an image; `None` has no effect.
+    /// Frees the memory of a buffer or an image. `None`, an object without memory, has no effect.
     pub(super) fn free(&self, allocation: Option<Allocation>) {
         if let (Some(allocation), Ok(mut allocator)) = (allocation, self.allocator.lock()) {
             let _ = allocator.free(allocation);
         }
     }
 
-    /// The error for a failed Vulkan call; `what` completes the sentence "failed to …", and `cause` is the call's result.
+    /// The error for a failed Vulkan call. `what` completes the sentence "device … failed to …", and `cause` is the result
+    /// that the call returned.
     pub(super) fn failure(&self, what: &str, cause: vk::Result) -> Error {
         Error::failed(format!(
             "device '{}' failed to {what} ({cause})",
@@ -364,8 +374,8 @@ impl Device {
     }
 }
 
-/// A debug label around submissions, which ends when the value is dropped. It has no effect on a device without debug
-/// labels.
+/// A debug label around submissions. Dropping the value ends the label. Without debug utilities it is empty and has no
+/// effect.
 pub struct Label(Option<Arc<Device>>);
 
 impl Drop for Label {

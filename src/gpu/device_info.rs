@@ -3,18 +3,19 @@
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
-/// Size in bytes of a texel, as shaders read buffers through texel views: four `uint`s.
+/// Size in bytes of a texel in a buffer that shaders read through a texel view: four `uint`s.
 pub(super) const TEXEL_SIZE: u64 = 16;
 
-/// Drivers that need special treatment, such as another access to the buffers of a scene.
+/// Drivers that need special treatment, such as access to the buffers of a scene by bindings instead of by address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverKind {
-    /// Mesa's Vulkan driver for the CPU, also called lavapipe. Old versions end loops after a number of iterations.
+    /// Mesa's Vulkan driver for the CPU, also called lavapipe. Before Mesa 25, it may end the loops of an invocation after a
+    /// number of iterations.
     Llvmpipe {
         /// Major version of Mesa. It is 0, and counts as an old version, if the driver does not report it.
         mesa: u32,
     },
-    /// Google's Vulkan driver for the CPU, which is slower with buffer addresses than with bindings.
+    /// Google's Vulkan driver for the CPU. It is slower with buffer addresses than with bindings.
     SwiftShader,
     /// Any other driver, without special treatment.
     Other,
@@ -35,52 +36,54 @@ impl DriverKind {
         }
     }
 
-    /// The total number of loop iterations after which the driver ends all loops of an invocation; `None` without such a
-    /// limit.
+    /// The total number of loop iterations after which the driver ends all loops of an invocation; `None` for a driver
+    /// without such a limit.
     ///
-    /// Mesa 22.3.6 counts the iterations of all loops, inner and outer, and ends them after 65,535
-    /// (`LP_MAX_TGSI_LOOP_ITERATIONS`); Mesa 25.0.7 has no limit. `tests/drivers.rs` checks this. Versions between them were
-    /// not tested, and count as limited.
+    /// Mesa 22.3.6 counts the iterations of all loops of an invocation, inner and outer, and ends the loops after 65,535
+    /// (`LP_MAX_TGSI_LOOP_ITERATIONS`). Mesa 25.0.7 has no limit. `tests/drivers.rs` checks this. Versions between these two
+    /// were not tested, and count as limited.
     fn loop_turns(self) -> Option<u32> {
         matches!(self, Self::Llvmpipe { mesa } if mesa < 25).then_some(65_535)
     }
 }
 
-/// Properties, limits and abilities of a physical device, from which Headwater chooses devices, features and shader
-/// variants.
+/// Properties, limits and abilities of a physical device. From them, Headwater chooses the device, its features, and the
+/// shader variant.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct DeviceInfo {
     /// Index in the driver's list of devices, counted from 0; `--device` accepts it.
     pub index: usize,
     /// Name of the device as the driver reports it; `--device` accepts a part of it.
     pub name: String,
-    /// Kind of the device: `discrete`, `integrated`, `virtual`, `cpu` or `other`. Devices are preferred in this order.
+    /// Kind of the device: `discrete`, `integrated`, `virtual`, `cpu` or `other`. Without `--device`, the first kind in this
+    /// order is preferred.
     pub kind: &'static str,
-    /// Name and version of the driver, as one text.
+    /// Name and version of the driver in one text, such as `llvmpipe Mesa 25.0.7`.
     pub driver: String,
     /// Vulkan version of the device as `major.minor.patch`; it must be at least 1.2.
     pub vulkan: String,
-    /// True if compute shaders can use acceleration structures and ray queries, which the tracer `ray-query` needs.
+    /// True if compute shaders can trace rays in acceleration structures by ray queries, as the tracer `ray-query` does.
     pub ray_query: bool,
-    /// True if buffers have device addresses, by which shaders access them without a binding and its limit on the size.
+    /// True if buffers have device addresses. Shaders access a buffer by its address without a binding, so that the limit on
+    /// the size of a bound buffer does not apply.
     pub buffer_addresses: bool,
-    /// True if buffers can have the same addresses again when a capture is replayed. Otherwise captured frames use no
+    /// True if buffers can get the same addresses again when a capture is replayed. If it is false, captured frames use no
     /// addresses.
     pub address_replay: bool,
-    /// True if each invocation can index arrays of sampled images by itself (descriptor indexing), as textures in images
-    /// need.
+    /// True if the index into an array of sampled images may differ between the invocations of a subgroup (descriptor
+    /// indexing). Shaders that sample textures from images need this.
     pub image_arrays: bool,
     /// True if the device has swapchains (`VK_KHR_swapchain`). Presentation also needs headless surfaces of the instance,
     /// see [`Instance::presents`](super::Instance::presents).
     pub presentation: bool,
-    /// True if submissions can mark the end of a frame for capture tools (`VK_EXT_frame_boundary`).
+    /// True if submissions can mark the end of a frame (`VK_EXT_frame_boundary`), by which capture tools find frames.
     pub frame_boundary: bool,
     /// True if the driver can report statistics of its compiler about a shader, such as registers
     /// (`VK_KHR_pipeline_executable_properties`).
     pub executable_properties: bool,
     /// Number of invocations in a subgroup; 0 if the device has no Vulkan 1.2.
     pub subgroup_size: u32,
-    /// Length of a timestamp tick in nanoseconds; 0 if the compute queue has no timestamps, so that passes are not timed.
+    /// Length of a timestamp tick in nanoseconds. It is 0 if the compute queue has no timestamps; passes then have no times.
     pub timestamp_period: f32,
     /// The maximum size in bytes of a buffer that is bound as a storage buffer. Larger buffers can only be read by address
     /// or as texels.
@@ -90,21 +93,22 @@ pub struct DeviceInfo {
     /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels.
     pub max_texels: u32,
     /// The maximum number of images and buffers together that one pass can bind if it samples images. A scene with too many
-    /// images for this limit has its textures in a buffer instead.
+    /// images for this limit has its textures in one buffer, and no images.
     pub max_sampled_images: u32,
     /// The maximum width and height of an image, in texels.
     pub max_image_side: u32,
-    /// The maximum size of one buffer in bytes, which is that of one memory allocation.
+    /// The maximum size of one buffer in bytes: the maximum size of one memory allocation.
     pub max_buffer_size: u64,
-    /// Total size of the device-local memory in bytes, free or not.
+    /// Total size of the device-local memory in bytes, including memory that is in use.
     pub device_memory: u64,
-    /// The total number of loop iterations after which the driver ends all loops of an invocation; `None` without such a
-    /// limit. With a limit, a dispatch of path tracing has fewer samples, and each frame is checked for ended loops.
+    /// The total number of loop iterations after which the driver ends all loops of an invocation; `None` for a driver
+    /// without such a limit. With a limit, a dispatch of the path tracer computes fewer samples, and each frame is checked
+    /// for loops that were ended.
     pub loop_turns: Option<u32>,
-    /// The driver, if it is one that needs special treatment.
+    /// The driver, if it is one of those that need special treatment; otherwise [`DriverKind::Other`].
     #[serde(skip)]
     pub driver_kind: DriverKind,
-    /// The reason why Headwater cannot use the device, such as `it has no compute queue`; `None` if it can.
+    /// The reason why Headwater cannot use the device, such as `it has no compute queue`; `None` if Headwater can use it.
     pub unusable: Option<String>,
     #[serde(skip)]
     pub(super) raw: vk::PhysicalDevice,
@@ -123,9 +127,9 @@ impl DeviceInfo {
         TEXEL_SIZE * u64::from(self.max_texels)
     }
 
-    /// The number of threads among which the driver splits a dispatch; 1 for GPUs. As in llvmpipe, each thread gets one
-    /// contiguous range of workgroups, and all ranges have the same length. Shaders use the number to give each thread
-    /// workgroups from the whole image. Otherwise a thread with an easy part of the image would idle.
+    /// The number of threads among which the driver splits a dispatch; 1 for GPUs. Each thread gets one contiguous range of
+    /// workgroups, and all ranges have the same length (llvmpipe does so). By this number, shaders map workgroups to pixels
+    /// so that each thread gets pixels from the whole image. Otherwise a thread with an easy part of the image would idle.
     pub fn interleave(&self) -> u32 {
         match std::thread::available_parallelism() {
             Ok(threads) if self.is_cpu() => threads.get() as u32,
@@ -133,7 +137,7 @@ impl DeviceInfo {
         }
     }
 
-    /// Queries the properties of a physical device; `index` is its index in the driver's list.
+    /// Queries the properties of the physical device `device`; `index` is its index in the driver's list of devices.
     pub(super) fn of(instance: &ash::Instance, index: usize, device: vk::PhysicalDevice) -> Self {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();

@@ -1,11 +1,12 @@
-//! Recorded commands on images with one level of detail and one layer: changes of layout, and copies of whole rows.
+//! Commands on images: changes of the layout, and copies of whole rows from a buffer. The images have one level of detail
+//! and one layer.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
 use ash::vk;
 
-/// Layout of an image while rows are copied into it. `GENERAL` would also do, but the validation layers warn of copies into
-/// it.
+/// Layout of an image while rows are copied into it. The layout `GENERAL` would also work, but the validation layers warn of
+/// copies into images with it.
 pub(super) const UPLOAD: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
 /// The subresource range of a whole colour image with one level of detail and one layer. All images of Headwater are of this
@@ -18,7 +19,7 @@ pub(super) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     layer_count: 1,
 };
 
-/// A range of whole rows of an image, which is copied at once.
+/// A range of whole rows of an image, which one command copies.
 pub(super) struct Rows {
     /// Width of the image, and so of each row, in pixels.
     pub(super) width: u32,
@@ -29,8 +30,8 @@ pub(super) struct Rows {
 }
 
 impl Commands {
-    /// Records a change of the whole image from the layout `from` to the layout `to`. It is also a barrier: all accesses
-    /// before it finish before those after it begin.
+    /// Records a change of the whole image from the layout `from` to the layout `to`. The change is also a barrier: all
+    /// memory accesses of earlier commands finish before those of later commands begin.
     pub(super) fn change_layout(&self, image: vk::Image, [from, to]: [vk::ImageLayout; 2]) {
         let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barrier = [vk::ImageMemoryBarrier::default()
@@ -57,8 +58,8 @@ impl Commands {
         }
     }
 
-    /// Records a copy of rows, four bytes per pixel, from the start of a buffer to an image in the layout [`UPLOAD`]. The
-    /// caller has checked that buffer and image hold the rows.
+    /// Records a copy of `rows`, four bytes per pixel, from the start of a buffer into an image in the layout [`UPLOAD`].
+    /// The caller must have checked that the buffer and the image are large enough for the rows.
     pub(super) fn copy_rows(&self, from: &Buffer, to: vk::Image, rows: &Rows) {
         let region = [vk::BufferImageCopy::default()
             .image_subresource(vk::ImageSubresourceLayers {

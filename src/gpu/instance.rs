@@ -1,4 +1,4 @@
-//! The Vulkan instance, the list of its devices, and the choice of one.
+//! The Vulkan instance, the list of its physical devices, and the choice of one of them.
 
 use super::device_info::DeviceInfo;
 use super::messages::DebugUtils;
@@ -7,19 +7,19 @@ use ash::{ext, khr, vk};
 use std::ffi::CStr;
 use std::sync::{Arc, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
-/// Guards the lists of instances and devices inside the Vulkan loader. Loaders, at least up to version 1.4, walk these lists
-/// without a lock to find the device of an object that is given a name. They crash if another thread opens or closes a
+/// Guards the lists of instances and devices inside the Vulkan loader. To give an object a name, loaders (at least up to
+/// version 1.4) search these lists for the object's device without a lock. They crash if another thread opens or closes a
 /// device meanwhile.
 static LISTS: RwLock<()> = RwLock::new(());
 
-/// Permission to walk the Vulkan loader's lists of instances and devices, held while an object is given a name. Several
-/// threads can hold it at once.
+/// Permission to let the Vulkan loader search its lists of instances and devices, held while an object is given a name.
+/// Several threads can hold it at the same time.
 pub(super) fn walk_lists() -> RwLockReadGuard<'static, ()> {
     LISTS.read().unwrap_or_else(|e| e.into_inner())
 }
 
-/// Exclusive permission to change the Vulkan loader's lists of instances and devices, held while an instance or a device is
-/// opened or closed.
+/// Exclusive permission to let the Vulkan loader change its lists of instances and devices, held while an instance or a
+/// device is opened or closed.
 pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
     LISTS.write().unwrap_or_else(|e| e.into_inner())
 }
@@ -28,7 +28,8 @@ pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
 pub struct Instance {
     pub(super) raw: ash::Instance,
     pub(super) debug: Option<DebugUtils>,
-    /// Functions that make headless surfaces; `None` if they were not requested or Vulkan lacks their extensions.
+    /// Functions that make and query headless surfaces; `None` if presentation was not requested, or if Vulkan lacks the
+    /// extensions for it.
     pub(super) surfaces: Option<Surfaces>,
     /// Keeps the Vulkan library loaded; dropped last.
     entry: ash::Entry,
@@ -40,12 +41,13 @@ pub(super) struct Surfaces {
     pub(super) headless: ext::headless_surface::Instance,
 }
 
-/// The purposes of an instance, which decide its layers and extensions.
+/// The purposes for which a Vulkan instance is made. They decide which layers and extensions it loads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InstanceOptions {
     /// Loads the Khronos validation layer, with synchronization validation. It is an error if the layer is not installed.
     pub validation: bool,
-    /// Enables headless surfaces, to which pictures are presented. It has no effect where Vulkan lacks such surfaces.
+    /// Enables headless surfaces (surfaces without a window), to which pictures are presented for capture tools. It has no
+    /// effect if Vulkan lacks such surfaces.
     pub presentation: bool,
 }
 
@@ -136,7 +138,8 @@ impl Instance {
         }))
     }
 
-    /// Every device in the driver's order, also unusable ones ([`DeviceInfo::unusable`]).
+    /// Every physical device, in the driver's order. Devices that Headwater cannot use are included
+    /// ([`DeviceInfo::unusable`]).
     ///
     /// # Errors
     /// The driver cannot list its devices.
@@ -151,9 +154,9 @@ impl Instance {
             .collect())
     }
 
-    /// Chooses a device, and returns it with the reason in words. `wanted` is an index or a part of a name, in upper or
-    /// lower case. If it is `None` or empty, the first usable device is chosen in the order discrete, integrated, virtual,
-    /// CPU, other.
+    /// Chooses a physical device, and returns it with the reason for reports. `wanted` is the index of a device, or a part
+    /// of its name in upper or lower case. If it is `None` or empty, the first usable device is chosen in the order
+    /// discrete, integrated, virtual, CPU, other.
     ///
     /// # Errors
     /// The driver cannot list its devices, or no device is usable. With `wanted`, no device matches it or the device that it
@@ -228,20 +231,22 @@ impl Instance {
             })
     }
 
-    /// The messages of the validation layers so far, the oldest first, without the [allowed](super::messages::ALLOWED) ones;
-    /// empty without validation.
+    /// The messages of the validation layers since the instance was made, the oldest first.
+    /// [Allowed](super::messages::ALLOWED) messages, which are known to be harmless, are left out. Empty if the validation
+    /// layers are not loaded.
     pub fn validation_messages(&self) -> Vec<String> {
         let debug = self.debug.as_ref();
         debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
-    /// True if pictures can be presented on a device: the instance was made for presentation, and both have the extensions.
+    /// True if pictures can be presented on the device: the instance was made with headless surfaces, and the device has
+    /// swapchains.
     pub fn presents(&self, device: &DeviceInfo) -> bool {
         self.surfaces.is_some() && device.presentation
     }
 
-    /// Names of the tools between Headwater and a device, such as the capture layer of GFXReconstruct, as they report
-    /// themselves. Validation layers are left out. Empty if Vulkan cannot list tools.
+    /// Names of the tools that are active between Headwater and a device, such as the capture layer of GFXReconstruct. Each
+    /// tool reports its name itself. Validation layers are left out. Empty if Vulkan cannot list tools.
     pub fn tools(&self, device: &DeviceInfo) -> Vec<String> {
         let name = c"vkGetPhysicalDeviceToolPropertiesEXT";
         // SAFETY: a plain query; the function that it finds has this type.

@@ -1,18 +1,18 @@
-//! Messages of the validation layers, and the list of the messages that are ignored.
+//! Messages of the Vulkan validation layers, and the list of harmless messages that are ignored.
 
 use crate::{Error, Result};
 use ash::{ext, vk};
 use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
 
-/// An entry of the list of ignored messages: a harmless message of the validation layers. It applies to every message whose
-/// identifier equals `id` and whose text contains `text`.
+/// An entry of the list of ignored messages of the validation layers. It applies to every message whose identifier equals
+/// `id` and whose text contains `text`.
 #[derive(Debug)]
 pub struct Allowed {
-    /// Identifier of the message, such as `VUID-vkCmdDispatch-None-08114`.
+    /// Identifier that the validation layers give the message, such as `VUID-vkCmdDispatch-None-08114`.
     pub id: &'static str,
-    /// A part of the message's text. It restricts the entry to one fault, because the layers report different faults with
-    /// the same identifier.
+    /// A part of the message's text. It restricts the entry to one fault, because the validation layers report different
+    /// faults with the same identifier.
     pub text: &'static str,
     /// The reason why the message shows no fault of Headwater, in words. It is for those who review the list; the program
     /// does not use it.
@@ -25,19 +25,21 @@ pub struct Allowed {
 /// The list is empty: Mesa 22.3.6, Mesa 25.0.7 and SwiftShader need no entry.
 pub const ALLOWED: &[Allowed] = &[];
 
-/// The maximum number of stored messages. Later messages are dropped, so that a message in a loop does not fill the memory.
+/// The maximum number of messages that are stored. Later messages are dropped, so that a message that is repeated in a loop
+/// does not fill the memory.
 const MAX_MESSAGES: usize = 1000;
 
 /// Vulkan's debug utilities (`VK_EXT_debug_utils`), with a messenger that stores the messages of the validation layers.
 pub(super) struct DebugUtils {
     instance: ext::debug_utils::Instance,
     messenger: vk::DebugUtilsMessengerEXT,
-    /// The messages that the callback has stored. They are boxed, because the messenger holds their address.
+    /// The messages that the messenger's callback has stored. They are in a box, because the messenger holds their address,
+    /// which must not change.
     log: Box<Log>,
 }
 
-/// The stored messages of the validation layers, the oldest first; at most [`MAX_MESSAGES`]. Any thread can add one, so a
-/// mutex guards them.
+/// The stored messages of the validation layers, the oldest first; at most [`MAX_MESSAGES`]. Any thread can add a message,
+/// so a mutex guards the list.
 type Log = Mutex<Vec<String>>;
 
 impl DebugUtils {
@@ -66,12 +68,13 @@ impl DebugUtils {
         })
     }
 
-    /// The stored messages of the validation layers, the oldest first. Messages in [`ALLOWED`] are not stored.
+    /// The stored messages of the validation layers, the oldest first. Messages to which an entry of [`ALLOWED`] applies are
+    /// not stored.
     pub(super) fn messages(&self) -> Vec<String> {
         self.log.lock().map(|log| log.clone()).unwrap_or_default()
     }
 
-    /// Destroys the messenger, after which the callback is not called.
+    /// Destroys the messenger. After this, Vulkan no longer calls the callback.
     ///
     /// # Safety
     /// Must be called once, while the Vulkan instance exists.
@@ -84,8 +87,8 @@ impl DebugUtils {
     }
 }
 
-/// The callback of the messenger. It logs every message, and stores those of the validation layers that are not in
-/// [`ALLOWED`]; messages of drivers and of the loader are not stored.
+/// The callback of the messenger. It writes every message to the debug log. It stores those messages of the validation
+/// layers to which no entry of [`ALLOWED`] applies; messages of drivers and of the loader are not stored.
 ///
 /// # Safety
 /// Must be called by the Vulkan loader, with valid `data` and with the [`Log`] of [`DebugUtils::new`] as `user`.
@@ -120,8 +123,8 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// True if `list` has an entry that applies to a message with the identifier `id` and the text `message`, so that the
-/// message is ignored.
+/// True if the message with the identifier `id` and the text `message` is to be ignored, because an entry of `list` applies
+/// to it.
 fn allows(list: &[Allowed], id: &str, message: &str) -> bool {
     list.iter()
         .any(|allowed| allowed.id == id && message.contains(allowed.text))

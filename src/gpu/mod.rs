@@ -1,11 +1,11 @@
 //! Vulkan, independent of rendering: devices, buffers, shaders, compute passes, timestamps and debug labels.
 //!
 //! All `unsafe` code that calls Vulkan is in this module. Its safe interface guarantees three things. Every object outlives
-//! the commands that use it, because [`Recording::finish`] waits for the device. A global memory barrier separates the
-//! passes of a recording. Every descriptor is checked against the shader's interface: its name, its kind of resource, and
-//! whether the shader may write it.
+//! the commands that use it, because [`Recording::finish`] waits for the commands, and because dropping an object waits for
+//! commands that still run. A global memory barrier separates the passes of a recording. Every descriptor is checked against
+//! the shader's interface: its name, its kind of resource, and whether the shader may write the resource.
 //!
-//! Functions that call the driver return an error if the device is lost or out of memory; their `# Errors` sections list
+//! Functions that call the driver return an error if the device is lost or out of memory. Their `# Errors` sections list
 //! only the other failures.
 //!
 //! Each file imports only files that stand before it in this list: `messages`, `device_info`, `instance`, `recorder`,

@@ -11,40 +11,45 @@ use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A resource that can be bound to a shader, with the access that the shader has to it.
+/// A resource that can be bound to a shader, with the access that the shader has to it: reading, or also writing.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
-    /// A buffer that the shader only reads: as a storage buffer or, if it was made with
-    /// [`Usage::texels`](super::Usage::texels), as texels. The shader's declaration decides.
+    /// A buffer that the shader only reads. The shader's declaration decides how it reads: as a storage buffer, or as texels
+    /// of four `uint`s. Only a buffer that was made with [`Usage::texels`](super::Usage::texels) can be read as texels.
     Read(&'a Buffer),
-    /// A storage buffer that the shader may read and write.
+    /// A storage buffer that the shader may read and write. The shader must not declare it `readonly`.
     Write(&'a Buffer),
     /// A buffer that the shader reads as a uniform block.
     Uniform(&'a Buffer),
-    /// A buffer that the shader reads as texels of four `uint`s.
+    /// A buffer that the shader reads as texels of four `uint`s. It must have been made with
+    /// [`Usage::texels`](super::Usage::texels).
     Texels(&'a Buffer),
-    /// An array of sampled images, which the shader indexes in the order of the slice.
+    /// The images for the shader's array of sampled images: entry i of the slice is image i in the shader. Their number must
+    /// be the one that was given to [`ComputePass::with_images`].
     Images(&'a [SampledImage]),
     /// A top-level acceleration structure, in which the shader traces rays.
     AccelerationStructure(&'a AccelerationStructure),
 }
 
-/// The resources for a shader, each with the name of its binding. [`bindings!`](crate::bindings) implements this trait.
+/// The resources for a shader, each with the name of its binding. The macro [`bindings!`](crate::bindings) declares
+/// structures that implement this trait.
 pub trait Bindings<'a> {
-    /// Names and resources of the required bindings. If the code of the shader, before specialisation, lacks one of the
-    /// names, the pass cannot be recorded.
+    /// Pairs of binding name and resource that the shader must use. If the shader's code, before specialisation, uses no
+    /// binding of one of these names, [`Recording::pass`](super::Recording::pass) returns an error.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
-    /// Names and resources of further bindings: those of the groups `[offers …]` and the optional buffers of
-    /// [`bindings!`](crate::bindings). The shader uses those that it names, and the others are ignored.
+    /// Pairs of binding name and resource that the shader may use: those of the groups `[offers …]` and of the optional
+    /// buffers of [`bindings!`](crate::bindings). A resource is bound only if the specialised shader uses a binding of its
+    /// name.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
 }
 
 /// Declares a structure whose fields are the bindings of a pass. `read NAME`, `write NAME` and `uniform NAME` are buffers
-/// that the shader must use. `[offers NAME: GROUP]` adds a group of bindings, from which the shader uses those that it
-/// names. `[optional read NAME]` is one buffer that may be `None` where the specialised shader leaves the binding out.
+/// that the shader must use. `[offers NAME: GROUP]` is a reference to a `GROUP`, whose method `resources` returns further
+/// bindings; the shader uses those that it names. `[optional read NAME]` is a buffer that may be `None` if the specialised
+/// shader does not use its binding.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -78,13 +83,13 @@ macro_rules! bindings {
     (@uniform $buffer:expr) => { $crate::gpu::Resource::Uniform($buffer) };
 }
 
-/// A compute shader with values of its specialisation constants, which is compiled in the background.
-/// [`Recording::pass`](super::Recording::pass) binds its resources by name and runs it.
+/// A compute shader, together with the values of its specialisation constants. A background thread compiles it.
+/// [`Recording::pass`](super::Recording::pass) binds resources to it by name, and records its dispatch.
 pub struct ComputePass {
     pub(super) device: Arc<Device>,
     pub(super) compilation: Compilation,
-    /// Names of the bindings that the shader's code uses before specialisation. A pass with a required resource of another
-    /// name is not recorded.
+    /// Names of the bindings that the shader's code uses before specialisation. If a required resource has another name,
+    /// [`Recording::pass`](super::Recording::pass) returns an error.
     declared: Vec<String>,
     /// Size of the push constants in bytes; 0 if the shader has none.
     pub(super) push_constant_size: u32,
@@ -95,9 +100,10 @@ pub struct ComputePass {
 }
 
 impl ComputePass {
-    /// Starts to compile a SPIR-V shader; the first recording waits for the pipeline, and fails if the driver rejects the
-    /// shader. `constants` has pairs of `constant_id` and 32-bit word (a boolean is 0 or 1); other constants keep their
-    /// defaults.
+    /// Starts to compile `words`, a SPIR-V shader, in a background thread. The first
+    /// [`Recording::pass`](super::Recording::pass) waits until the pipeline is made, and returns an error if the driver
+    /// rejects the shader. `name` appears in debug labels, times and messages. `constants` has pairs of `constant_id` and
+    /// value as a 32-bit word (a boolean is 0 or 1); specialisation constants without a pair keep their defaults.
     ///
     /// # Errors
     /// `words` are not SPIR-V, `constants` has two values for one id, or a binding of the shader has no name or no number in
@@ -111,8 +117,8 @@ impl ComputePass {
         Self::with_images(device, name, words, constants, 0)
     }
 
-    /// Does the same as [`Self::new`], for a shader that may have an array of images. Exactly `image_count` images must be
-    /// bound to the array.
+    /// Does the same as [`Self::new`], for a shader that may have an array of images. `image_count` is the number of images
+    /// that must be bound to the array; it is 0 for a shader without an array.
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -154,20 +160,21 @@ impl ComputePass {
         })
     }
 
-    /// Name of the pass in debug labels, times and messages.
+    /// Name of the pass in debug labels, measured times and messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// True at the first call and false at all later ones. [`Recording::pass`](super::Recording::pass) calls it once per
-    /// run.
+    /// True at the first call and false at all later ones. [`Recording::pass`](super::Recording::pass) calls it once per run
+    /// of the pass, so that times of first runs, in which some drivers still compile, can be told from others.
     pub(super) fn is_first_run(&self) -> bool {
         !self.has_run.swap(true, Ordering::Relaxed)
     }
 
-    /// The resources to bind to `program`, in the order of its bindings. It is an error if one is missing, if two have the
-    /// same name, or if one exceeds the device's limit or has another kind or access (read or write) than the shader
-    /// declares.
+    /// The resources to bind to `program`, in the order of its bindings. It is an error if a binding has no resource, if the
+    /// shader does not name a required resource, or if two resources have the same name. It is also an error if a storage
+    /// buffer is larger than the device can bind, or if a resource has another kind or access (read or write) than the
+    /// shader declares.
     pub(super) fn resolve<'a>(
         &self,
         program: &Program,

@@ -1,4 +1,5 @@
-//! Presentation of frames to a swapchain that no window shows, so that capture tools see where a frame ends.
+//! Presentation of frames to a swapchain that no window shows, so that capture tools such as GFXReconstruct see where a
+//! frame ends.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
@@ -9,13 +10,15 @@ use ash::vk;
 use ash::vk::ImageLayout;
 use std::sync::Arc;
 
-/// The formats that presented pictures can have, the preferred one first. The flag is true if blue is the first channel.
+/// The formats that presented pictures can have, the preferred one first. The flag is true if the first byte of a pixel in
+/// memory is blue, and false if it is red.
 const FORMATS: [(vk::Format, bool); 2] = [
     (vk::Format::R8G8B8A8_UNORM, false),
     (vk::Format::B8G8R8A8_UNORM, true),
 ];
 
-/// A swapchain on a headless surface, which has no window. Capture tools see each presented picture as the end of a frame.
+/// A swapchain on a headless surface, which has no window. Capture tools such as GFXReconstruct see each presented picture
+/// as the end of a frame.
 pub struct Presentation {
     device: Arc<Device>,
     surface: vk::SurfaceKHR,
@@ -140,8 +143,9 @@ impl Presentation {
         self.begins_with_blue
     }
 
-    /// Presents a picture as the end of the frame with index `frame`. `pixels` has one 32-bit word per pixel, row by row
-    /// from the top. The call waits until the pixels are copied, not until they are presented.
+    /// Presents a picture as the end of the frame with index `frame`, which `VK_EXT_frame_boundary` tells to capture tools.
+    /// `pixels` has one 32-bit word per pixel, row by row from the top; [`Self::begins_with_blue`] tells the order of the
+    /// channels in a word. The call waits until the pixels are copied, not until they are presented.
     ///
     /// # Errors
     /// `pixels` has fewer pixels than a picture, or the device or the swapchain fails.

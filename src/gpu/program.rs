@@ -35,11 +35,12 @@ pub(super) struct Program {
     /// The bindings that the shader still uses after specialisation and removal of dead code, sorted by binding number.
     /// Resources are bound in this order.
     pub bindings: Vec<Binding>,
-    /// Layout of descriptor set 0, which has `bindings`.
+    /// The Vulkan layout of descriptor set 0, with one entry for each of `bindings`.
     pub set: vk::DescriptorSetLayout,
-    /// Layout of the pipeline: descriptor set 0 and the push constants.
+    /// The Vulkan layout of the pipeline: descriptor set 0 and the push constants.
     pub layout: vk::PipelineLayout,
-    /// The compute pipeline; null if a device that only compiles has compiled the same SPIR-V for the pass before.
+    /// The compute pipeline. It is null if the device only compiles, and has compiled the same SPIR-V for a pass of the same
+    /// name before: such a device runs no pipeline.
     pub pipeline: vk::Pipeline,
 }
 
@@ -104,8 +105,9 @@ impl Program {
         Ok(())
     }
 
-    /// Makes the pipeline from SPIR-V words, and records the driver's result. A device that only compiles reuses an earlier
-    /// result for the same words and pass.
+    /// Makes the pipeline of the pass `name` from SPIR-V words, and adds the driver's result (compile time and report) to
+    /// the device's records. A device that only compiles looks for an earlier result for the same words and pass; if there
+    /// is one, it adds this result again, and makes no pipeline.
     fn compile(&mut self, name: &str, words: &[u32]) -> std::result::Result<(), vk::Result> {
         let device = &self.device;
         device.records.note_shader(size_of_val(words) as u64);
@@ -174,7 +176,8 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
     }
 }
 
-/// Checks that the number of storage buffers in `bindings` does not exceed the device's limit for one shader.
+/// Returns an error, which names the pass `name`, if `bindings` has more storage buffers than the device allows for one
+/// shader.
 fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> {
     let storage = bindings
         .iter()
@@ -189,8 +192,9 @@ fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> 
     Ok(())
 }
 
-/// The report of the driver's compiler about a pipeline. `None` if the device was opened without it
-/// ([`Features::executable_properties`](super::Features::executable_properties)) or the driver fails.
+/// The report of the driver's compiler about a pipeline. `None` if the device was opened without
+/// [`Features::executable_properties`](super::Features::executable_properties), which such reports need, or if the driver
+/// fails to report.
 fn report(device: &Device, pipeline: vk::Pipeline) -> Option<CompilerReport> {
     let executables = device.executables.as_ref()?;
     let text = |name: std::result::Result<&CStr, _>| -> Option<String> {

@@ -4,8 +4,8 @@
 use ash::vk;
 use std::time::Instant;
 
-/// The maximum number of timed regions, usually passes, in one command buffer; each has two timestamps. Regions after these
-/// run, but have no time.
+/// The maximum number of timed regions, usually passes, in one command buffer; each has two timestamps. The commands of
+/// further regions run, but their time is not measured.
 pub(super) const MAX_TIMED_REGIONS: u32 = 256;
 
 /// A command buffer and the objects that are needed to run it. The device keeps idle recorders for reuse, because of a fault
@@ -100,18 +100,19 @@ impl Recorder {
     }
 }
 
-/// Time that a pass took on the device: one run, or the sum of several runs ([`PassTime::by_name`]).
+/// Time that one run of a pass took on the device, or the sum of the times of several runs ([`PassTime::by_name`]).
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct PassTime {
     /// Name of the pass or of another timed region, such as `present`.
     pub name: String,
     /// Time between the timestamps at the start and at the end of the run, in milliseconds; in a sum, of all runs together.
     pub milliseconds: f64,
-    /// Time from the first timestamp of the submission to the start of the run, in milliseconds; in a sum, that of the first
-    /// run.
+    /// Time from the first timestamp of the submission (the commands that were submitted together) to the start of the run,
+    /// in milliseconds. In a sum, it is the start of the first run.
     #[serde(skip)]
     pub start: f64,
-    /// True if the pass ran for the first time. Some drivers compile a pass then, so the time can contain the compilation.
+    /// True if this is the first run of the pass; in a sum, true if one of the runs is. Some drivers compile a pass only at
+    /// its first run, so the time can contain the compilation.
     #[serde(skip)]
     pub first_run: bool,
 }
@@ -125,7 +126,7 @@ impl PassTime {
     }
 
     /// Adds `times` to `total`, which has one entry per pass name. The times of passes with the same name are summed, and
-    /// passes with a new name are appended. An entry has `first_run` set if one of its runs has it set.
+    /// passes with a new name are appended. `first_run` of an entry is true if it is true for one of the summed runs.
     pub fn add(total: &mut Vec<Self>, times: Vec<Self>) {
         for time in times {
             match total.iter_mut().find(|t| t.name == time.name) {
@@ -145,8 +146,8 @@ pub(super) struct Submission {
     pub(super) recorder: Recorder,
     /// Descriptor pools of the commands, one per pass, destroyed after the wait.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
-    /// The timed regions (usually passes) in the order of recording: the name of each, and true if it is the first run of a
-    /// pass.
+    /// The timed regions (usually passes) in the order of recording. Each has its name and a flag, which is true if the
+    /// region is the first run of a pass.
     pub(super) regions: Vec<(String, bool)>,
     pub(super) started: Instant,
 }
@@ -166,8 +167,9 @@ impl Submission {
         }
     }
 
-    /// Times of the timed regions (usually passes) in the order of recording; empty on a device without timestamps. The
-    /// caller has waited for the commands. `period` is the length of a timestamp tick in nanoseconds.
+    /// Times of the first [`MAX_TIMED_REGIONS`] timed regions (usually passes) in the order of recording; empty on a device
+    /// without timestamps. The caller must have waited for the commands. `period` is the length of a timestamp tick in
+    /// nanoseconds.
     pub(super) fn times(
         &self,
         raw: &ash::Device,

@@ -13,22 +13,23 @@ use ash::vk;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// Dimensions (columns, rows, 1) of a dispatch with at least `groups` workgroups. Rows are needed because a device must
-/// support only 65,535 workgroups in one dimension. The dispatch can have more than `groups`, so shaders must skip the
-/// excess.
+/// The size (columns, rows, 1) of a dispatch with at least `groups` workgroups. Rows are needed because a device must
+/// support only 65,535 workgroups in one dimension. The dispatch can have more workgroups than `groups`; shaders must return
+/// early in the excess ones.
 pub fn in_rows(groups: u32) -> [u32; 3] {
     let rows = groups.div_ceil(32768).max(1);
     [groups.div_ceil(rows).max(1), rows, 1]
 }
 
-/// A sequence of passes, recorded and then submitted together, with a global memory barrier before each. Each pass has a
-/// debug label and a pair of timestamps. The lifetime keeps every resource alive until the commands are submitted; from then
-/// on, dropping a resource waits for the commands.
+/// A sequence of passes, recorded and then submitted together, with a global memory barrier before each pass. Each pass has
+/// a debug label and a pair of timestamps. The lifetime `'a` keeps every resource alive until the commands are submitted.
+/// From then on, dropping a resource waits for the commands.
 pub struct Recording<'a> {
     /// The commands recorded so far. `None` on a device that only compiles, where arguments are checked and nothing is
     /// recorded.
     commands: Option<Commands>,
-    /// Times of passes that have already run. Only passes whose outputs are hashed run before the end of the recording.
+    /// Times of the passes that have already run. Passes run before the end of the recording only if their outputs are
+    /// hashed ([`Device::hash_outputs`]).
     times: Vec<PassTime>,
     resources: PhantomData<&'a ()>,
 }
@@ -46,8 +47,9 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Records one dispatch of `groups` workgroups (x, y, z), with the push constants `push`. It waits until the pass is
-    /// compiled. If the outputs of passes are hashed ([`Device::hash_outputs`]), it also runs everything recorded so far.
+    /// Records one dispatch of `groups` workgroups (x, y, z), with the push constants `push`. It first waits until the pass
+    /// is compiled. If the outputs of passes are hashed ([`Device::hash_outputs`]), it also runs everything recorded so far,
+    /// and hashes each buffer that the pass may write.
     ///
     /// # Errors
     /// The bindings or the size of `push` do not match the shader, the driver rejects the shader, or the device is lost or
@@ -118,7 +120,8 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Records a copy of the present content of `value` to the start of a buffer.
+    /// Records a copy of `value` to the start of a buffer. The bytes of `value` are copied into the commands now, so that
+    /// later changes of it have no effect.
     ///
     /// # Errors
     /// The value is larger than the buffer or than 65,536 bytes, or its size is not a multiple of 4 bytes.
@@ -149,8 +152,8 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Submits all commands without waiting. [`Device::wait_for_running`] waits for them and returns their times; dropping
-    /// any resource also waits.
+    /// Submits all commands without waiting for them. [`Device::wait_for_running`] waits for them and returns their times;
+    /// dropping any resource also waits.
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -168,7 +171,7 @@ impl<'a> Recording<'a> {
     }
 
     /// Submits all commands, waits for them, and returns the time of each run of a pass in the order of recording. The list
-    /// is empty on a device without timestamps.
+    /// is empty on a device that has no timestamps or only compiles.
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -206,8 +209,8 @@ fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>])
 }
 
 impl Commands {
-    /// Makes a descriptor set with `resources`, which are in the order of the program's bindings. Its pool is destroyed
-    /// together with the commands. `name` is the name of the pass, for error messages.
+    /// Makes a descriptor set that binds `resources`, one for each of the program's bindings, in their order. The descriptor
+    /// pool of the set is destroyed together with the commands. `name` is the name of the pass, for error messages.
     fn descriptor_set(
         &mut self,
         name: &str,

@@ -5,11 +5,11 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// A hash of a buffer's content after a pass that may write the buffer. Regression tests compare it with that of another
-/// driver.
+/// A hash of a buffer's content after a pass that may write the buffer. Regression tests compare the hashes of two drivers,
+/// to find the first pass whose results differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// Name of the pass that ran just before the hash was made.
+    /// Name of the pass that ran last before the hash was made.
     pub pass: String,
     /// Name of the buffer that the pass may write.
     pub buffer: String,
@@ -17,11 +17,11 @@ pub struct Output {
     pub hash: String,
 }
 
-/// Buffers and images that exist now, by name: the number of them with this name, and their size together in bytes. All
-/// images have the name `images`.
+/// The buffers and images that exist now. The key is a name; the value is the number of buffers with this name, and the sum
+/// of their sizes in bytes. All images together have the name `images`.
 pub type MemoryUse = BTreeMap<String, (u32, u64)>;
 
-/// The driver's result for one pipeline: the time to make it, and the report of the compiler.
+/// The driver's result for one pipeline: the time to make it, and the report of the driver's compiler.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     /// Name of the pass for which the pipeline was made.
@@ -35,7 +35,7 @@ pub struct Compiled {
     pub report: CompilerReport,
 }
 
-/// A driver's statistics about one pipeline, with the names and values that the driver gives them.
+/// A driver's statistics about one pipeline, for profiles. Their names and values are those of the driver.
 #[derive(Clone, Debug, Default)]
 pub struct CompilerReport {
     /// Number of invocations in a subgroup; 0 if the driver does not report it.
@@ -48,7 +48,7 @@ pub struct CompilerReport {
 /// changes one of the lists, the list is no longer changed and reads as empty.
 #[derive(Default)]
 pub struct Records {
-    /// Size of the SPIR-V of all pipelines made so far, in bytes.
+    /// Total size in bytes of the SPIR-V of all pipelines made so far; see [`Records::shader_bytes`].
     shaders: AtomicU64,
     /// Total time of finished recordings, in nanoseconds; see [`Records::submitted_time`].
     submitted: AtomicU64,
@@ -59,26 +59,27 @@ pub struct Records {
 }
 
 impl Records {
-    /// Size of the SPIR-V of all pipelines made so far, in bytes, after specialisation and removal of dead code.
+    /// Total size in bytes of the SPIR-V of all pipelines made so far, after specialisation and removal of dead code. It
+    /// shows how much a change of shaders gives the driver to compile.
     pub fn shader_bytes(&self) -> u64 {
         self.shaders.load(Ordering::Relaxed)
     }
 
-    /// The total time of all recordings that [`Recording::finish`](super::Recording::finish) submitted, each from the call
-    /// that submitted it to the end of the wait for it. It does not contain recordings of
-    /// [`Recording::submit`](super::Recording::submit).
+    /// The total time on the host of all recordings that [`Recording::finish`](super::Recording::finish) submitted. The time
+    /// of each is measured from the call that submitted it to the end of the wait for it. Recordings of
+    /// [`Recording::submit`](super::Recording::submit) are not contained.
     pub fn submitted_time(&self) -> Duration {
         Duration::from_nanos(self.submitted.load(Ordering::Relaxed))
     }
 
-    /// The driver's results for all pipelines, in the order in which they were finished.
+    /// The driver's results, one for each pipeline made so far, in the order in which the pipelines were finished.
     pub fn compiled(&self) -> Vec<Compiled> {
         let compiled = self.compiled.lock();
         compiled.map(|all| all.clone()).unwrap_or_default()
     }
 
-    /// An earlier result of the driver for the pass `name` and SPIR-V with the hash `shader`; `None` if there is none. A
-    /// device that only compiles uses it instead of compiling the same shader again.
+    /// An earlier result of the driver for the pass `name` and SPIR-V whose hash is `shader` ([`Compiled::shader`]); `None`
+    /// if there is none. A device that only compiles uses it instead of compiling the same shader again.
     pub(super) fn find_compiled(&self, name: &str, shader: &str) -> Option<Compiled> {
         let compiled = self.compiled.lock().ok()?;
         let mut same = compiled.iter();
@@ -86,8 +87,8 @@ impl Records {
             .cloned()
     }
 
-    /// Removes and returns the hashes of outputs since the last call, in the order of the passes. Empty unless
-    /// [`Device::hash_outputs`](super::Device::hash_outputs) was called.
+    /// Returns the hashes of the buffers that passes have written since the last call, in the order of the passes, and
+    /// removes them from the records. Empty unless [`Device::hash_outputs`](super::Device::hash_outputs) was called.
     pub fn take_outputs(&self) -> Vec<Output> {
         let outputs = self.outputs.lock();
         outputs
@@ -95,13 +96,13 @@ impl Records {
             .unwrap_or_default()
     }
 
-    /// The buffers and images that exist now, by name, with their number and size in bytes.
+    /// The buffers and images that exist now: for each name, their number and the sum of their sizes in bytes.
     pub fn memory_use(&self) -> MemoryUse {
         let memory = self.memory.lock();
         memory.map(|memory| memory.clone()).unwrap_or_default()
     }
 
-    /// True if the outputs of passes are hashed; each pass then runs separately.
+    /// True if the outputs of passes are hashed. Each pass is then submitted alone, so that its outputs can be read.
     pub(super) fn hashes_outputs(&self) -> bool {
         self.hashes_outputs.load(Ordering::Relaxed)
     }

@@ -7,7 +7,8 @@ use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Dim, Op, StorageClass};
 use std::collections::HashMap;
 
-/// Kind of resource that a shader's binding takes; a resource of another kind is refused.
+/// Kind of resource that a shader's binding needs. [`Recording::pass`](super::Recording::pass) returns an error for a
+/// resource of another kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
     /// A storage buffer, which the shader reads and, unless it is declared `readonly`, may write.
@@ -99,7 +100,7 @@ impl Reflection {
         Ok(Self::of(parse(words)?))
     }
 
-    /// The reflection of a shader that is already parsed.
+    /// Makes the reflection of a shader that is already parsed.
     pub(super) fn of(module: Module) -> Self {
         let names = module
             .debug_names
@@ -184,8 +185,8 @@ impl Reflection {
     }
 
     /// Compares the structures that Rust and the shader share: number, names and offsets of the members, and strides of
-    /// arrays of the structure. `layouts` has the layouts in Rust. Returns the names of the structures that the shader has
-    /// in buffers, in the order of `layouts`.
+    /// arrays of the structure. `layouts` has the layouts in Rust; those that the shader does not use in buffers are
+    /// skipped. Returns the names of the compared structures, in the order of `layouts`.
     ///
     /// # Errors
     /// A structure differs; the error describes the first difference.
@@ -341,13 +342,14 @@ impl Reflection {
         })
     }
 
-    /// True if another constant, or the length of an array, is computed from the constant with the id `constant`.
+    /// True if another constant, or the length of an array, depends on the constant with the SPIR-V id `constant`.
     fn is_part_of_constant(&self, constant: u32) -> bool {
         let mut all = self.module.types_global_values.iter();
         all.any(|i| i.operands.iter().any(|o| o.id_ref_any() == Some(constant)))
     }
 
-    /// Size in bytes of the type with the id `type_id` under the scalar layout, for push constants; 0 for an unknown id.
+    /// Size in bytes of the type with the SPIR-V id `type_id` under the scalar layout, for push constants; 0 for an unknown
+    /// id.
     fn struct_size(&self, type_id: u32) -> u32 {
         let Some(instruction) = self.instruction(type_id) else {
             return 0;

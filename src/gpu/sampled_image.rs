@@ -11,7 +11,8 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// Format of all images: four bytes per texel, which shaders read as values in [0, 1]. Every device can sample it.
+/// Format of all images: four bytes per texel, which shaders read as values in [0, 1] without sRGB decoding. Every device
+/// can sample it.
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
 
 /// The maximum number of bytes of an image that are uploaded at once, which limits the size of the staging buffer. A single
@@ -22,8 +23,8 @@ const PIECE: usize = 64 << 20;
 /// may have thousands.
 const MEMORY_NAME: &str = "images";
 
-/// A 2D image that shaders sample, in the layout `GENERAL`; its memory is freed when it is dropped. On a device that only
-/// compiles ([`Features::compiles_only`](super::Features::compiles_only)) it has no memory.
+/// A 2D image that shaders sample, in the layout `GENERAL`. Dropping it frees its memory. On a device that only compiles
+/// ([`Features::compiles_only`](super::Features::compiles_only)) it has no memory.
 pub struct SampledImage {
     pub(super) view: vk::ImageView,
     raw: vk::Image,
@@ -34,7 +35,7 @@ pub struct SampledImage {
 
 impl SampledImage {
     /// Makes an image of `width` columns, uploads its texels, and waits for the upload. `texels` has red, green, blue and
-    /// alpha of each texel, row by row from the top. Tools and messages show `name`.
+    /// alpha of each texel, row by row from the top; their number decides the height. Tools and messages show `name`.
     ///
     /// # Errors
     /// `texels` is empty or has an incomplete row, `width` is 0, or the image exceeds the device's memory or its limit on
@@ -68,7 +69,7 @@ impl SampledImage {
         Ok(image)
     }
 
-    /// Size of the image's memory in bytes; 0 on a device that only compiles.
+    /// Size in bytes of the memory that the image occupies on the device; 0 on a device that only compiles.
     pub fn size(&self) -> u64 {
         self.size
     }
@@ -123,7 +124,7 @@ impl SampledImage {
         Ok(())
     }
 
-    /// Uploads the texels in pieces of whole rows, and then changes the image to the layout `GENERAL`.
+    /// Uploads the texels in pieces of whole rows (see [`PIECE`]), and then changes the image to the layout `GENERAL`.
     fn write(&self, width: u32, texels: &[[u8; 4]]) -> Result<()> {
         let device = &self.device;
         let rows = (PIECE / (4 * width as usize)).max(1);

@@ -8,8 +8,9 @@ use ash::vk;
 use std::time::Duration;
 
 impl Device {
-    /// Waits for the oldest submissions of [`Recording::submit`](super::Recording::submit) until at most `most` are left.
-    /// Returns one entry per finished submission, the oldest first: the times of its passes in the order of recording.
+    /// Waits for the oldest submissions of [`Recording::submit`](super::Recording::submit) until at most `most` submissions
+    /// may still run, which limits the frames in flight. Returns one entry per finished submission, the oldest first: the
+    /// times of its passes in the order of recording.
     ///
     /// # Errors
     /// The device is lost.
@@ -35,9 +36,9 @@ impl Device {
         }
     }
 
-    /// Waits for a submission and keeps its recorder (command buffer with fence and timestamps) for reuse. Returns the times
-    /// of its passes in the order of recording, and the time on the host from the call that submitted it to the end of the
-    /// wait.
+    /// Waits for a submission, and stores its recorder (command buffer with fence and timestamps) for reuse. Returns two
+    /// times: those of its passes in the order of recording, and the duration on the host from the call that submitted it to
+    /// the end of the wait.
     ///
     /// # Errors
     /// The device is lost.
@@ -59,7 +60,7 @@ impl Device {
         Ok((times, taken))
     }
 
-    /// Keeps a recorder (command buffer with fence and timestamps) for later commands, and destroys `pools`, the descriptor
+    /// Stores a recorder (command buffer with fence and timestamps) for later commands, and destroys `pools`, the descriptor
     /// pools of its last commands. These commands must not be running.
     pub(super) fn keep(&self, recorder: Recorder, pools: &[vk::DescriptorPool]) {
         for pool in pools {
@@ -73,8 +74,8 @@ impl Device {
         }
     }
 
-    /// Waits until no submission runs; called before an object that submissions may use is destroyed. The submissions stay
-    /// in the device's list of running ones, so that [`Device::wait_for_running`] still returns their times.
+    /// Waits until no submission runs. It is called before an object that submissions may use is destroyed. The submissions
+    /// stay in the device's list of running ones, so that [`Device::wait_for_running`] still returns their times.
     pub(super) fn wait_before_drop(&self) {
         let Ok(running) = self.running.lock() else {
             return;

@@ -1,4 +1,5 @@
-//! OpenEXR files: writes one part with 32-bit channels, losslessly compressed, and reads pictures.
+//! OpenEXR files: writes pictures as one part with 32-bit channels, losslessly compressed, and reads pictures, also those of
+//! other programs.
 
 use super::{Image, Samples};
 use crate::Error;
@@ -13,11 +14,12 @@ use std::path::Path;
 /// Name of the attribute in the EXR header that holds the metadata of the picture, as one JSON object.
 const METADATA: &str = "headwater";
 
-/// The maximum number of pixels of a picture that is read; a file whose header claims more is refused.
+/// The maximum number of pixels (width × height) of a picture that is read; a file whose header claims more is refused.
 const MAX_PIXELS: usize = 1 << 30;
 
-/// Upper bound on the compression ratio of an EXR file; a file whose header claims more is refused. Deflate reaches 1032,
-/// and PXR24 besides stores only three of four bytes. RLE, PIZ and B44 stay below.
+/// Upper bound on the compression ratio of an EXR file: the number of uncompressed bytes per byte of the file. A file whose
+/// header claims more is refused before memory is allocated for it. Deflate reaches 1032; PXR24 reaches 4/3 of that, because
+/// it first drops one of four bytes. RLE, PIZ and B44 stay below.
 const MAX_COMPRESSION_RATIO: usize = 1400;
 
 pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
@@ -58,7 +60,8 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     })
 }
 
-/// UTF-8 text for an EXR header. The conversion that the library offers panics on characters outside Latin-1.
+/// Converts a string to text for an EXR header, encoded as UTF-8. The library's own conversion panics on characters outside
+/// Latin-1.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
@@ -119,7 +122,8 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
 }
 
 /// Rejects a header that claims more data than a file of `file_bytes` bytes can hold, so that a damaged file does not
-/// exhaust memory. It also rejects DWA compression, which the decoder cannot read safely. The error is the reason.
+/// exhaust memory. It also rejects DWA compression, which the decoder cannot read safely. The returned error is the reason,
+/// as the end of a message.
 fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), String> {
     // The decoder allocates the size in a DWA block, which may be damaged, and ends the process if
     // memory does not suffice.
@@ -267,7 +271,8 @@ mod tests {
         Compression::B44,
     ];
 
-    /// Writes a grey picture with this compression and this layout of blocks, as other programs may write it.
+    /// Writes a grey picture of `size` (width, height), with this compression and this layout of blocks, as other programs
+    /// may write it. `value` returns the grey value of the pixel at (column, row).
     fn write_foreign(
         path: &Path,
         size: (usize, usize),
@@ -322,8 +327,8 @@ mod tests {
         assert!(!path.exists());
     }
 
-    /// Writes `bytes` to `path` and reads them as a picture. Returns true if this fails, and checks that the error is one
-    /// line of wrong input.
+    /// Writes `bytes` to `path` and reads them as a picture. Returns true if this fails. Then it also checks that the error
+    /// has the exit status of wrong input and a message of one line.
     fn fails(path: &Path, bytes: &[u8]) -> bool {
         std::fs::write(path, bytes).unwrap();
         match Image::read(path) {

@@ -1,26 +1,29 @@
-//! Finds the channels that are the picture itself in files of other programs, which write layers or only a grey channel.
+//! Finds the channels that are the picture itself in files of other programs. These write several layers (groups of channels
+//! whose names begin with the layer's name and a dot), or only a grey channel.
 
 use super::Image;
 use crate::{Error, Result};
 
-/// The colour of each pixel of an image, the layer of its channels, and whether it comes from a grey channel.
+/// The colour of each pixel of an image, the name of the layer that it comes from, and whether it comes from a grey channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Colors {
     /// Red, green and blue of each pixel, row by row from the top. Grey is repeated in all three.
     pub pixels: Vec<[f32; 3]>,
-    /// The name of the layer that holds the channels; `None` for channels `R`, `G`, `B` or `Y` without a layer.
+    /// The name of the layer that holds the channels, which is the part of their names before the last dot; `None` for
+    /// channels `R`, `G`, `B` or `Y` without a layer.
     pub layer: Option<String>,
-    /// True if the picture comes from a single grey channel `Y`.
+    /// True if the picture comes from a single grey channel `Y`, and false if it comes from `R`, `G` and `B`.
     pub is_grey: bool,
 }
 
 impl Image {
-    /// Finds the picture itself: channels `R`, `G`, `B` without a layer; otherwise those of the only layer that has them, or
-    /// of the layer named Combined, as Blender writes `ViewLayer.Combined.R`; otherwise a grey channel `Y`, found in the
-    /// same way.
+    /// Finds the picture itself. It consists of the channels `R`, `G`, `B` without a layer, or else of those of the only
+    /// layer that has all three. If several layers have them, it is the layer Combined, as Blender writes
+    /// `ViewLayer.Combined.R`. If no layer has them, a grey channel `Y` is found in the same way.
     ///
     /// # Errors
-    /// No layer has these channels, or several layers have them and none is preferred; the message lists the channels.
+    /// No layer has these channels, or several layers have them and not exactly one of these is called Combined; the message
+    /// lists the channels.
     pub fn colors(&self) -> Result<Colors> {
         let color = self.layer_of(&["R", "G", "B"], &[])?;
         // With the others of its kind a Y is no grey: a vector's, or a luminance beside subsampled colour.
@@ -47,9 +50,9 @@ impl Image {
         })
     }
 
-    /// The layer that has float channels of all of `names` and none of `others`; `None` if there is none. If several layers
-    /// have them, it is the channels without a layer, which count as the layer "", or else the only layer named Combined. If
-    /// neither exists, it is an error.
+    /// The name of the layer that has float channels with all of `names` and with none of `others`; `None` if there is none.
+    /// If there are several, the channels without a layer, which count as the layer "", come first, and then the only layer
+    /// called Combined. It is an error if there are several and neither of these.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
         let layers = self.channels.keys().filter_map(|channel| {
             let layer = channel.strip_suffix(names[0])?;

@@ -38,7 +38,8 @@ impl Samples {
     }
 }
 
-/// A picture of named channels, such as `R`, `stderr.G` or `instance.id`.
+/// A picture of named channels, such as `R`, `stderr.G` or `instance.id`. The part of a name before the dot is the layer, a
+/// group of channels that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
     /// The width of the picture in pixels.
@@ -47,21 +48,21 @@ pub struct Image {
     pub height: u32,
     /// The channels by name; each has width × height values, row by row from the top.
     pub channels: BTreeMap<String, Samples>,
-    /// Metadata, such as `headwater.seed`, as pairs of key and text. Only EXR files store it.
+    /// Metadata, such as `headwater.seed`, as pairs of key and text of the value. Only EXR files store it.
     pub metadata: BTreeMap<String, String>,
 }
 
-/// A file format for pictures, chosen by the extension of the file.
+/// A file format for pictures. The extension of a file's name decides its format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// OpenEXR: stores every channel with 32 bits per value, and the metadata.
+    /// OpenEXR: stores every channel with 32 bits per value, without loss, and the metadata.
     Exr,
     /// PNG: stores only `R`, `G`, `B`, after exposure and tone mapping, as 8-bit sRGB.
     Png,
 }
 
 impl Format {
-    /// The format that the extension of `path` names, in upper or lower case.
+    /// The format that the extension of `path` names. The extension can be in upper or lower case.
     ///
     /// # Errors
     /// The path has no extension, or another one than `exr` and `png`.
@@ -79,7 +80,7 @@ impl Format {
 }
 
 impl Image {
-    /// A picture of `width` × `height` pixels without channels and metadata.
+    /// Makes a picture of `width` × `height` pixels that has neither channels nor metadata yet.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             width,
@@ -103,8 +104,8 @@ impl Image {
         }
     }
 
-    /// The values of the float channel with this name; `None` if the picture has no channel of this name, or if it holds
-    /// integers.
+    /// The values of the float channel with this name, row by row from the top. `None` if the picture has no channel of this
+    /// name, or if the channel holds integers.
     pub fn floats(&self, name: &str) -> Option<&[f32]> {
         match self.channels.get(name) {
             Some(Samples::F32(values)) => Some(values),
@@ -129,8 +130,8 @@ impl Image {
             .collect())
     }
 
-    /// The names of the channels that only one of two pictures has, or whose bits differ, in alphabetical order. 0 differs
-    /// from −0, and NaNs of equal bits do not differ.
+    /// The names of the channels that only one of the two pictures has, or whose values differ in any bit, in alphabetical
+    /// order. 0 differs from −0, and NaNs of equal bits do not differ.
     pub fn different_channels<'a>(&'a self, other: &'a Self) -> Vec<&'a str> {
         let names: BTreeSet<&String> = self.channels.keys().chain(other.channels.keys()).collect();
         let same = |name: &String| match (self.channels.get(name), other.channels.get(name)) {
@@ -141,8 +142,8 @@ impl Image {
         different.map(String::as_str).collect()
     }
 
-    /// Writes the picture in the format that the extension of `path` names. `exposure` is in stops (factors of two) and
-    /// affects only PNG.
+    /// Writes the picture in the format that the extension of `path` names. `exposure` is in stops: a PNG file contains the
+    /// tone-mapped radiance × 2^`exposure`, and an EXR file is the same for every exposure.
     ///
     /// # Errors
     /// The format is unknown, the picture has no pixels or no channels, a channel does not have one value per pixel, a PNG
@@ -155,8 +156,8 @@ impl Image {
         }
     }
 
-    /// Checks that the picture has pixels and channels, and that each channel has one value per pixel; otherwise the
-    /// encoders panic.
+    /// Checks that the picture has pixels and channels, and that each channel has one value per pixel, because the encoders
+    /// panic on other pictures. The error is the reason, as the end of a message.
     fn check(&self) -> std::result::Result<(), String> {
         let pixels = self.pixels();
         if pixels == 0 || self.channels.is_empty() {

@@ -1,4 +1,4 @@
-//! PNG files: writes the tone-mapped picture for viewing, and reads pictures.
+//! PNG files: writes the tone-mapped picture for viewing, and reads pictures as linear values.
 
 use super::Image;
 use super::tonemap::{from_srgb, to_srgb_byte, tone_map};
@@ -10,10 +10,10 @@ use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
 /// The highest compression ratio of deflate: the number of bytes that one compressed byte can expand to. A file whose header
-/// claims more is refused before memory is allocated for it.
+/// claims more pixels than that is refused before memory is allocated for them.
 const MAX_COMPRESSION_RATIO: u64 = 1032;
 
-/// Writes the channels `R`, `G`, `B` as 8-bit sRGB: radiance × 2^`exposure`, tone-mapped.
+/// Writes the channels `R`, `G`, `B` as 8-bit sRGB: radiance × 2^`exposure`, then tone-mapped by [`tone_map`].
 pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
     let scale = f64::from(exposure).exp2();
     let bytes: Vec<u8> = image
@@ -25,8 +25,8 @@ pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
     write_bytes(path, (image.width, image.height), &bytes)
 }
 
-/// Writes a PNG file of 8-bit sRGB values, unchanged. `rgb` has three bytes per pixel, row by row from the top; `size` is
-/// the width and the height in pixels.
+/// Writes a PNG file of values that are 8-bit sRGB already. `rgb` has three bytes per pixel, row by row from the top; `size`
+/// is the width and the height in pixels.
 pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<()> {
     write_atomically(path, |file| {
         PngEncoder::new(file)
@@ -38,7 +38,8 @@ pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<(
     })
 }
 
-/// Reads a grey or RGB picture of any bit depth as linear channels `R`, `G`, `B`; alpha is dropped.
+/// Reads a grey, RGB or palette picture of any bit depth as linear channels `R`, `G`, `B`, which have values in [0, 1].
+/// Alpha is ignored.
 pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = input_files::read(path)?;
     // The decoder allocates the size in the header, which may be damaged.
@@ -65,8 +66,8 @@ pub(super) fn read(path: &Path) -> Result<Image> {
     Ok(picture)
 }
 
-/// The number of bytes of the uncompressed pixels, by the header of the file; `None` if the file is too short for a header,
-/// which the decoder rejects later.
+/// The number of bytes of the uncompressed pixels, computed from the header of the file. `None` if the file is too short for
+/// a header; the decoder rejects such a file later.
 fn claimed_bytes(file: &[u8]) -> Option<u64> {
     let header = file.get(16..26)?;
     let number = |at: usize| {

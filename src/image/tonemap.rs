@@ -2,15 +2,16 @@
 
 use crate::shader_interface::{TONE_DESATURATION, TONE_KNEE};
 
-/// Maps linear radiance to linear display brightness in [0, 1], both RGB, by the Khronos PBR neutral tone mapper without its
+/// Maps linear RGB radiance to linear RGB display brightness in [0, 1], by the Khronos PBR neutral tone mapper without its
 /// toe.
 ///
-/// Up to 0.8 the value does not change, so that dark and middle tones are the radiance itself and pictures can be compared
-/// with those of other renderers. A largest component above 0.8 follows a hyperbola of the same slope towards 1, so that
-/// lights keep some shape, and the other components keep their ratio to it. Then the colour is mixed with the grey of its
-/// largest component; the brighter it is, the greyer it becomes, because a colour far too bright for a display is seen as
-/// white. Neither step changes the hue, and every component rises with exposure. The toe, an offset for 4 % of specular
-/// reflection, is left out because it changes dark tones. Negative values and NaN become 0.
+/// If the largest component is at most 0.8, the colour does not change, so that dark and middle tones are the radiance
+/// itself and pictures can be compared with those of other renderers. A larger value of the largest component is mapped by a
+/// hyperbola, which begins with the same slope and tends to 1, so that lights keep some shape. The other components keep
+/// their ratio to the largest one. Then the colour is mixed with the grey of its largest component: the brighter the colour
+/// is, the greyer it becomes, because a colour far too bright for a display is seen as white. Neither step changes the hue,
+/// and every component rises with exposure. The toe, an offset for 4 % of specular reflection, is left out because it
+/// changes dark tones. Negative values and NaN become 0.
 pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
     // Clamped so that the arithmetic below stays finite.
     let colour = radiance.map(|v| if v > 0.0 { v.min(f32::MAX) } else { 0.0 });
@@ -27,7 +28,7 @@ pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
     })
 }
 
-/// The sRGB encoding (IEC 61966-2-1) of a linear value, both in [0, 1].
+/// The sRGB encoding (IEC 61966-2-1) of a linear value. Both are in [0, 1].
 fn to_srgb(value: f32) -> f32 {
     if value <= 0.003_130_8 {
         12.92 * value
@@ -36,7 +37,7 @@ fn to_srgb(value: f32) -> f32 {
     }
 }
 
-/// The linear value of an sRGB-encoded value (IEC 61966-2-1), both in [0, 1].
+/// The linear value of an sRGB-encoded value (IEC 61966-2-1). Both are in [0, 1].
 pub(super) fn from_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92

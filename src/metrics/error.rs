@@ -1,24 +1,24 @@
-//! Error metrics between two pictures in linear RGB.
+//! Error metrics between two pictures in linear RGB, and between their errors.
 
 use super::statistics::median;
 
 /// Errors of a picture against a reference, over all pixels and the three channels.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
-    /// Root of the mean squared difference, in the unit of the pictures' radiance.
+    /// Root of the mean squared difference of the values, in the unit of the pictures' radiance.
     pub rmse: f64,
     /// RMSE after both pictures are clamped to [0, 1], the range of a display; so it is in [0, 1].
     pub rmse_clamped: f64,
     /// Mean of (a − b)² / (b² + 0.01), where a is the value of the picture and b that of the reference. Dark and bright
     /// pixels have similar weights in it.
     pub relmse: f64,
-    /// The mean of the picture divided by the mean of the reference, over all channels: 1 means equal brightness. 1 if both
-    /// are black, and infinite if only the reference is black.
+    /// The mean of all values of the picture divided by the mean of all values of the reference: 1 means equal brightness.
+    /// It is 1 if both pictures are black, and infinite if only the reference is black.
     pub mean_ratio: f64,
 }
 
 impl Errors {
-    /// Compares two pictures of the same size. Each slice has one RGB value per pixel, in the same order.
+    /// Compares two pictures of the same size. Each slice has one linear RGB value per pixel, in the same order.
     ///
     /// # Panics
     /// The slices differ in length.
@@ -49,9 +49,9 @@ impl Errors {
     }
 }
 
-/// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. For successive frames it
-/// is the temporal correlation of their noise. `a` and `b` are each a picture and its reference; the result is 0 if all
-/// errors of one picture are equal.
+/// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. For successive frames of
+/// an animation it is the temporal correlation of their noise. `a` and `b` are each a pair of a picture and its reference.
+/// The result is 0 if one picture has the same error everywhere, because its correlation is then undefined.
 ///
 /// # Panics
 /// The four slices differ in length.
@@ -74,9 +74,9 @@ pub fn error_correlation(a: [&[[f32; 3]]; 2], b: [&[[f32; 3]]; 2]) -> f64 {
     }
 }
 
-/// The median of the ratio of luminance to reference luminance; each pair holds both for one pixel. Pixels that are black in
-/// the reference do not count; 1 if there are no others. Unlike the ratio of means, the median shows that most pixels lack
-/// light, even if a few bright pixels compensate for it.
+/// The median over pixels of luminance / reference luminance. Each pair holds these two values of one pixel. Pixels that are
+/// black in the reference are left out; if none is left, the result is 1. Unlike the ratio of means, the median shows that
+/// most pixels lack light, even if a few bright pixels compensate for it.
 pub fn median_ratio(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let lit = pairs.into_iter().filter(|(_, reference)| *reference > 0.0);
     let ratios: Vec<f64> = lit

@@ -3,22 +3,22 @@
 use crate::image::tonemap::to_srgb_byte;
 use nv_flip::FlipImageRgb8;
 
-/// The display that FLIP assumes, in pixels per degree of visual angle: a 0.7 m wide 4K display, seen from a distance of 0.7
-/// m.
+/// The resolution of the display that FLIP assumes, in pixels per degree of visual angle. It is that of a 0.7 m wide 4K
+/// display, seen from a distance of 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// The result of a FLIP comparison of two pictures.
 pub struct Flip {
     /// The mean FLIP error over the pixels, in [0, 1]; 0 means equal pictures.
     pub mean: f64,
-    /// The FLIP error of each pixel in the colour map magma (black is 0, pale yellow is 1): three bytes per pixel, row by
-    /// row from the top.
+    /// The FLIP error of each pixel as a colour of the map magma (black is 0, pale yellow is 1), for a picture of the
+    /// errors. It has three sRGB bytes per pixel, row by row from the top.
     pub map: Vec<u8>,
 }
 
-/// Compares two pictures of `size` = (width, height) on a display of [`PIXELS_PER_DEGREE`]. Each is shown as radiance ×
-/// 2^`exposure`, clamped to [0, 1] and encoded as 8-bit sRGB. There is no tone curve, because it would hide errors in bright
-/// areas.
+/// Compares two pictures of linear RGB values, row by row from the top, on a display of [`PIXELS_PER_DEGREE`]. `size` is
+/// (width, height) in pixels. Each picture is shown as radiance × 2^`exposure`, clamped to [0, 1] and encoded as 8-bit sRGB.
+/// There is no tone curve, because it would hide errors in bright areas.
 ///
 /// # Panics
 /// A picture has fewer pixels than `size`.

@@ -1,4 +1,4 @@
-//! Errors of pictures, and statistics. Independent of scenes and Vulkan.
+//! Errors of pictures, and statistics. This module needs neither scenes nor Vulkan.
 
 pub mod error;
 pub mod flip;

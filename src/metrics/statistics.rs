@@ -3,8 +3,8 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::statistics::{Data, OrderStatistics};
 
-/// The number of degrees of freedom ν from which on the normal distribution replaces Student's. Their quantiles z differ
-/// relatively by about z²/4ν, here less than 1e-5.
+/// The number of degrees of freedom ν from which on the normal distribution replaces Student's. The quantiles z of the two
+/// differ relatively by about z²/4ν, which is less than 1e-5 here for |z| < 6.
 const NORMAL_FROM: f64 = 1e6;
 
 /// The expected count below which a bin is pooled with others before a χ² test (Cochran 1954).
@@ -19,7 +19,8 @@ pub fn median(values: impl Iterator<Item = f64>) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).median()
 }
 
-/// The quantile of `values` at the fraction `part` in [0, 1], interpolated between values (method R-8). NaN without values.
+/// The quantile of `values` at the fraction `part` in [0, 1], interpolated between neighbouring values (method R-8 of
+/// Hyndman and Fan 1996). NaN without values.
 pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).quantile(part)
 }
@@ -36,8 +37,8 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The mean of `values` with the standard error s/√n, where s is the standard deviation of the samples. The error of a
-    /// single value is 0; the mean is NaN without values.
+    /// The mean of `values` with the standard error s/√n, where s is the standard deviation of the n values. The standard
+    /// error of a single value is 0; the mean of no values is NaN.
     pub fn of(values: &[f64]) -> Self {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -49,8 +50,8 @@ impl Estimate {
         }
     }
 
-    /// Half the width of Student's interval around the mean, which covers the true mean with probability `confidence` in (0,
-    /// 1). Infinite for fewer than two samples.
+    /// Half the width of Student's confidence interval, whose centre is the estimated mean. The interval covers the true
+    /// mean with probability `confidence` in (0, 1). The result is infinite for fewer than two samples.
     pub fn t_interval_half_width(&self, confidence: f64) -> f64 {
         if self.samples < 2 {
             return f64::INFINITY;
@@ -59,7 +60,7 @@ impl Estimate {
     }
 
     /// [`Self::t_interval_half_width`] divided by the magnitude of the mean: the relative uncertainty of the estimate.
-    /// Infinite for a mean of 0.
+    /// Infinite for a mean of 0. `confidence` is in (0, 1).
     pub fn relative_half_width(&self, confidence: f64) -> f64 {
         let half_width = self.t_interval_half_width(confidence);
         if self.mean == 0.0 {
@@ -68,8 +69,8 @@ impl Estimate {
         half_width / self.mean.abs()
     }
 
-    /// The difference `self` − `other` of independent estimates. Its degrees of freedom are
-    /// Welch's and Satterthwaite's, rounded down.
+    /// The difference `self` − `other` of two independent estimates, with its standard error. `samples` of the result is one
+    /// more than the degrees of freedom by Welch and Satterthwaite, rounded down.
     pub fn minus(&self, other: &Self) -> Self {
         Self {
             mean: self.mean - other.mean,
@@ -79,11 +80,11 @@ impl Estimate {
     }
 }
 
-/// Two-sided p-value of Welch's test that two independent estimates have the same true mean
-/// (Welch, "The generalization of 'Student's' problem when several different population variances
-/// are involved", 1947).
+/// Two-sided p-value of Welch's test that two independent estimates have the same true mean (Welch, "The generalization of
+/// 'Student's' problem when several different population variances are involved", 1947). A small p-value is evidence that
+/// the true means differ.
 ///
-/// If both standard errors are 0: 1 for equal means, otherwise 0. NaN if an estimate is NaN.
+/// If both standard errors are 0, the result is 1 for equal means and otherwise 0. It is NaN if an estimate is NaN.
 pub fn welch_p_value(a: &Estimate, b: &Estimate) -> f64 {
     let difference = (a.mean - b.mean).abs();
     let error = a.standard_error.hypot(b.standard_error);
@@ -132,11 +133,11 @@ pub(crate) fn t_tail(t: f64, degrees: f64) -> f64 {
     }
 }
 
-/// Holm's adjusted p-values, in the order of `p_values`. If all hypotheses with adjusted values below a level are rejected,
-/// the probability of any false rejection is below that level, however the tests depend on each other (Holm, "A simple
-/// sequentially rejective multiple test procedure", 1979).
+/// Holm's adjusted p-values, in the order of `p_values`, which each belong to one hypothesis. If all hypotheses with
+/// adjusted values below a level are rejected, the probability of any false rejection is below that level, however the tests
+/// depend on each other (Holm, "A simple sequentially rejective multiple test procedure", 1979).
 ///
-/// A NaN counts as 0, so that a test without a result is reported.
+/// A p-value of NaN counts as 0, so that a test without a result is reported as significant.
 pub fn holm(p_values: &[f64]) -> Vec<f64> {
     let known = |p: f64| if p.is_nan() { 0.0 } else { p };
     let mut order: Vec<usize> = (0..p_values.len()).collect();
@@ -152,10 +153,11 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
 }
 
 /// P-value of Pearson's χ² test that `observed` counts come from a distribution with the `expected` counts (Pearson 1900).
-/// Both have one entry per bin, and must have the same sum.
+/// Both slices have one entry per bin, in the same order, and must have the same sum.
 ///
 /// Bins with an expected count below 5 are pooled; a pool that is still below 5 is added to the other bin with the smallest
-/// expected count. The result is 0 if a count is observed where none is expected, and 1 if fewer than two bins are left.
+/// expected count. The result is 0 if a bin with an expected count of 0 has an observed one, and 1 if fewer than two bins
+/// are left.
 ///
 /// # Panics
 /// The slices differ in length.
@@ -188,14 +190,14 @@ pub fn chi_square_p_value(observed: &[u64], expected: &[f64]) -> f64 {
     ChiSquared::new(bins.len() as f64 - 1.0).map_or(f64::NAN, |d| d.sf(statistic))
 }
 
-/// P-value of the two-sided Kolmogorov–Smirnov test that two samples come from one continuous
-/// distribution.
+/// P-value of the two-sided Kolmogorov–Smirnov test that two samples come from the same continuous distribution.
 ///
-/// Exact to about 1e-15, by counting the orders of the pooled values with a smaller distance (Hodges,
-/// "The significance probability of the Smirnov two-sample test", 1958). If the product of the sample
-/// sizes exceeds 10⁷: the limit distribution with Stephens' correction ("Use of the
-/// Kolmogorov–Smirnov, Cramér–von Mises and related statistics without extensive tables", 1970).
-/// Ties make both conservative. 1 if a sample is empty; NaN if a value is NaN.
+/// If the product of the sample sizes is at most 10⁷, the p-value is exact to about 1e-15. It is computed by counting the
+/// orders of the pooled values for which the two empirical distribution functions differ less (Hodges, "The significance
+/// probability of the Smirnov two-sample test", 1958). For larger samples, it comes from the limit distribution with
+/// Stephens' correction ("Use of the Kolmogorov–Smirnov, Cramér–von Mises and related statistics without extensive tables",
+/// 1970). Equal values in the samples make both p-values too large. The result is 1 if a sample is empty, and NaN if a value
+/// is NaN.
 pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     if a.iter().chain(b).any(|v| v.is_nan()) {
         return f64::NAN;
@@ -230,8 +232,9 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     kolmogorov_tail((size + 0.12 + 0.11 / size) * statistic)
 }
 
-/// Probability that the empirical distribution functions of two samples of one distribution, with `n` and `m` values, differ
-/// by at least `distance`/(`n` `m`) at any point. All orders of the pooled values are equally likely.
+/// Probability that the empirical distribution functions of two samples of one distribution differ by at least
+/// `distance`/(`n` `m`) at any point. `n` and `m` are the sizes of the samples. All orders of the pooled values are equally
+/// likely.
 fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
     // The fraction of orders of the first i and j values that stay below the distance. The last value
     // is one of the i with probability i/(i + j).
@@ -253,7 +256,7 @@ fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
     1.0 - stayed[m]
 }
 
-/// Probability that Kolmogorov's limit distribution exceeds `x`: 2 Σ (−1)ᵏ⁻¹ exp(−2k²x²).
+/// Probability that a variable with Kolmogorov's limit distribution exceeds `x`: 2 Σ (−1)ᵏ⁻¹ exp(−2k²x²).
 fn kolmogorov_tail(x: f64) -> f64 {
     if x < 0.2 {
         // 1 to within 1e-12; the series converges slowly here.

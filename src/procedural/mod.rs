@@ -1,4 +1,5 @@
-//! Procedural scenes, generated from a name and parameters, which give the same scene to the bit on every machine.
+//! Procedural scenes. Each is generated from its name and parameters; the same name and parameters give the same scene,
+//! equal to the last bit, on every machine.
 
 mod modelling;
 mod parameters;
@@ -18,18 +19,18 @@ pub struct Procedural {
     pub name: &'static str,
     /// The description of the scene in one line, which `headwater scene list` shows.
     pub description: &'static str,
-    /// The parameters that the scene has, in the order in which they are listed.
+    /// The parameters that the scene has, in the order in which `headwater scene list` shows them.
     pub parameters: &'static [Parameter],
     #[serde(skip)]
     make: fn(&Values) -> Scene,
 }
 
-/// Every procedural scene, in the order in which they are listed.
+/// Every procedural scene, in the order in which `headwater scene list` shows them.
 pub fn list() -> &'static [Procedural] {
     recipes::SCENES
 }
 
-/// Finds the procedural scene with this name.
+/// Finds the procedural scene whose name on the command line is `name`.
 ///
 /// # Errors
 /// No scene has this name; the message suggests the closest name.
@@ -42,7 +43,8 @@ pub fn find(name: &str) -> Result<&'static Procedural> {
     })
 }
 
-/// Checks that the scene with this name has the parameters in `settings` (pairs of name and value), without generating it.
+/// Checks `settings`, pairs of a parameter's name and the text of its value, for the scene with this name. The scene is not
+/// generated, which could take long.
 ///
 /// # Errors
 /// No scene has this name, a name in `settings` is not one of its parameters, or a value is out of range.
@@ -50,8 +52,8 @@ pub fn check(name: &str, settings: &[(String, String)]) -> Result<()> {
     Values::new(find(name)?, settings).map(drop)
 }
 
-/// Generates the scene with this name, in its pose at time 0. `settings` are pairs of a parameter's name and its value; the
-/// other parameters have their defaults.
+/// Generates the scene with this name; its moving parts are where they are at time 0. `settings` are pairs of a parameter's
+/// name and the text of its value; the other parameters have their defaults.
 ///
 /// # Errors
 /// The scene or a parameter is unknown, a value is out of range, or the generated scene is not valid.
@@ -80,8 +82,8 @@ mod tests {
         }
     }
 
-    /// Ends of parameter ranges (scene, parameter, value) that take seconds or gigabytes to generate. The test of all ends
-    /// skips them, unless `HEADWATER_TEST_ALL` is set.
+    /// Ends of parameter ranges (scene, parameter, value) whose scenes take seconds or gigabytes to generate. The test that
+    /// generates every scene at both ends of each range skips them, unless `HEADWATER_TEST_ALL` is set.
     const LARGE: &[(&str, &str, &str)] = &[
         ("colourful-mess", "things", "1000"),
         ("street", "lights", "2000000"),

@@ -1,4 +1,4 @@
-//! The parameters of procedural scenes: their declaration, and the parsing and checking of values.
+//! The parameters of procedural scenes: their declaration, and the parsing and checking of the values that a user sets.
 
 use super::Procedural;
 use crate::base::nearest::nearest;
@@ -27,7 +27,8 @@ impl fmt::Display for Range {
     }
 }
 
-/// Formats a number for the display of a range: very small and very large numbers in scientific notation.
+/// Formats a number for a message that shows a range: numbers below 0.001 and from a million on, by magnitude, in scientific
+/// notation, except 0.
 fn short(number: f64) -> String {
     match number.abs() {
         0.0 | 1e-3..1e6 => number.to_string(),
@@ -63,15 +64,16 @@ impl Range {
 pub struct Parameter {
     /// The name of the parameter on the command line.
     pub name: &'static str,
-    /// A description of the parameter's effect in one line, for lists of scenes.
+    /// A description of the parameter's effect in one line, which `headwater scene list` shows.
     pub doc: &'static str,
-    /// The text of the value that the parameter has if the user sets none.
+    /// The value that the parameter has if the user sets none, as text.
     pub default: &'static str,
     /// The set of values that the parameter accepts.
     pub values: Range,
 }
 
-/// The values of all parameters of a scene: pairs of name and text, with defaults filled in, each within its range.
+/// The values of all parameters of a scene, as pairs of name and text. Parameters that the user did not set have their
+/// defaults, and each value is within its range.
 pub(super) struct Values(Vec<(&'static str, String)>);
 
 impl Values {
@@ -107,12 +109,12 @@ impl Values {
         found.map_or("", |(_, value)| value)
     }
 
-    /// The value of the parameter `name` as a number; 0 if the scene does not declare it.
+    /// The value of the parameter `name` as a number. 0 if the scene does not declare the parameter.
     pub(super) fn real(&self, name: &str) -> f32 {
         self.text(name).parse().unwrap_or(0.0)
     }
 
-    /// The value of the whole-number parameter `name`; 0 if the scene does not declare it.
+    /// The value of the whole-number parameter `name`. 0 if the scene does not declare the parameter.
     pub(super) fn whole(&self, name: &str) -> u64 {
         self.text(name).parse().unwrap_or(0)
     }

@@ -1,29 +1,32 @@
-//! Comparison of a profile with an earlier profile of the same subject.
+//! Comparison of a profile with an earlier one of the same subject (scene, device, camera, picture size and others), to find
+//! out whether frames became slower or need more memory.
 
 use super::{Circumstances, Profile, Spread, Subject, VERSION};
 use crate::{Error, Result};
 
-/// The limits up to which a profile may be worse than an earlier one; the comparison fails beyond them.
+/// The limits up to which a profile may be worse than an earlier one. If a value exceeds its limit, `headwater profile
+/// --against` fails.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// The largest allowed increase of the median times of the frame and of passes, as a fraction of the earlier times: 0.1
-    /// allows 10 % more.
+    /// The largest allowed increase of a median time, that of the whole frame or of a pass, as a fraction of the earlier
+    /// median: 0.1 allows 10 % more.
     pub time: f64,
-    /// The largest allowed increase of the memory on the device, as a fraction of the earlier size: 0.02 allows 2 % more.
+    /// The largest allowed increase of the size of all buffers and images on the device together, as a fraction of the
+    /// earlier size: 0.02 allows 2 % more.
     pub memory: f64,
 }
 
-/// The fraction of the frame's time below which a pass is not compared with the earlier profile. The times of shorter passes
-/// are mostly noise of the timer.
+/// The fraction of the frame's median time below which the time of a pass is not compared with the earlier profile. Such
+/// short times are mostly noise of the timer.
 const SMALLEST_PASS: f64 = 0.02;
 
-/// Refuses an earlier profile that cannot be compared with the one to be made, before anything is rendered. `ours` and
-/// `circumstances` describe the profile to be made. `earlier_name` is the file name of the earlier one, for the error
-/// message.
+/// Checks that the profile to be made can be compared with the profile `earlier`. It is called before anything is rendered.
+/// `ours` and `circumstances` describe the profile to be made; `earlier_name` is the file name of the earlier one, for the
+/// error message.
 ///
 /// # Errors
-/// The format version, the number of frames in flight, or a part of the subject other than settings and number of timed
-/// frames differs.
+/// The two profiles differ in the format version, in the number of frames in flight, or in a part of the subject other than
+/// the settings and the number of timed frames.
 pub fn check_comparable(
     ours: &Subject,
     circumstances: &Circumstances,
@@ -70,9 +73,10 @@ pub fn check_comparable(
     }
 }
 
-/// Compares a profile with an earlier one, and returns one sentence for each time or memory size that is worse than `limits`
-/// allow; empty if none is. A time is worse only if it also exceeds the earlier 95th percentile. A pass that the earlier
-/// profile lacks is worse if it takes at least 2 % of the frame.
+/// Compares the profile `now` with the profile `earlier`, and returns one sentence for each time or memory size that is
+/// worse than `limits` allow; the list is empty if none is. A median time that exceeds its limit is worse only if it also
+/// exceeds the earlier 95th percentile of this time. A pass that the earlier profile does not list is worse if it takes at
+/// least 2 % of the frame's time.
 pub fn slower(now: &Profile, earlier: &Profile, limits: Limits) -> Vec<String> {
     let mut found = Vec::new();
     // Beyond the limit, and beyond what the earlier frames themselves varied by.

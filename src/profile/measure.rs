@@ -1,5 +1,6 @@
-//! The loop over frames that is timed. It reads nothing back from the device. The exception is a counter after each frame on
-//! drivers that end long loops ([`DeviceInfo::loop_turns`](crate::gpu::DeviceInfo::loop_turns)).
+//! The loop that renders and times the frames of a profile. It reads no data back from the device, because that would add to
+//! the times. The exception is a counter after each frame on drivers that end long loops
+//! ([`DeviceInfo::loop_turns`](crate::gpu::DeviceInfo::loop_turns)).
 
 use crate::Result;
 use crate::gpu::{Device, PassTime};
@@ -7,38 +8,42 @@ use crate::render::Renderer;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The numbers of frames that a profile renders.
+/// How many frames a profile renders, and how many of them can be in flight at once.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// Number of frames that are rendered before the timed ones, to compile the shaders and to fill the history (what a
-    /// frame reuses of earlier frames).
+    /// Number of frames that are rendered before the timed ones. During them, the shaders are compiled and the history (the
+    /// data that a frame reuses of earlier frames) is filled, so that the timed frames do only the usual work of a frame.
     pub warm_up: u32,
-    /// Number of timed frames, which follow the warm-up.
+    /// Number of timed frames, which follow the warm-up. The medians and percentiles of the profile are computed from them.
     pub frames: u32,
-    /// The maximum number of frames that are submitted but not finished, at least 1. With 1, the host waits for each frame;
-    /// with more, the device has no gaps between frames.
+    /// The maximum number of frames that are submitted to the device but not finished, at least 1. With 1, the host waits
+    /// for each frame before it submits the next one. With more, the device has no gaps between frames, but the time of a
+    /// single frame on the device is not known.
     pub in_flight: u32,
 }
 
-/// The times of one frame and of its passes, in milliseconds.
+/// The times of one frame, on the host and on the device, and of its passes, in milliseconds.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// Index of the frame, counted from 0 at the first frame of the warm-up.
+    /// Index of the frame: 0 is the first frame of the warm-up, and the timed frames continue the count.
     pub index: u32,
-    /// Time on the host from the start of the first frame to the start of this one, in milliseconds.
+    /// Time by the clock of the host from the start of the first frame of the warm-up to the start of this frame, in
+    /// milliseconds.
     pub start: f64,
-    /// Time on the host from the start of this frame to the start of the next one, in milliseconds.
+    /// Time by the clock of the host from the start of this frame to the start of the next one, in milliseconds.
     pub host: f64,
-    /// Time from the submission of the frame to the end of the wait for it, in milliseconds, summed over the submissions of
-    /// the frame; 0 with several frames in flight.
+    /// Time by the clock of the host from the submission of the frame to the end of the wait for the device, in
+    /// milliseconds. A frame with several submissions has the sum of their times. 0 with several frames in flight, because
+    /// the host then does not wait for each frame.
     pub submitted: f64,
-    /// Times of the passes on the device, one entry per run in the order of the runs. Path tracing has one entry per pass,
-    /// and a device without timestamps has none.
+    /// Times of the frame's passes on the device, one entry per run of a pass, in the order of the runs. With path tracing,
+    /// there is one entry per pass with the sum of its runs. Empty on a device without timestamps.
     pub passes: Vec<PassTime>,
 }
 
-/// Renders the frames of a plan, first those of the warm-up, and returns their times in order. `prepare` is called before
-/// each frame with its index; it sets the time and the camera, and can end the work with an error.
+/// Renders the frames of `plan`, first those of the warm-up and then the timed ones, and returns the times of all of them in
+/// this order. `prepare` is called before each frame with the frame's index; it sets the time and the camera of the frame.
+/// If it returns an error, the measurement ends.
 ///
 /// # Errors
 /// The device fails, or the errors of `prepare`.

@@ -1,5 +1,5 @@
-//! Profiles: the time, the counts and the memory traffic of each pass of a frame, after a warm-up. A profile is written as
-//! text, as JSON or as a trace, and compared with an earlier profile.
+//! Profiles: measurements of each pass of a frame (its time, its counts, such as rays, and its memory traffic), made after a
+//! warm-up. A profile is written as text, as JSON or as a trace, and can be compared with an earlier profile.
 
 mod comparison;
 mod measure;
@@ -17,16 +17,17 @@ use crate::metrics::statistics::{median, quantile};
 use crate::render::counters::Counts;
 use serde::{Deserialize, Serialize};
 
-/// Version of the JSON format of profiles. Profiles of different versions are not compared.
+/// Version of the JSON format of profiles, which is written into each file. Profiles of different versions are not compared.
 pub const VERSION: u32 = 1;
 
-/// What a profile measures. Two profiles are compared only if their subjects agree in everything but `settings` and
-/// `frames`.
+/// What a profile measures: the scene, the device, and the frames that are rendered. Two profiles can be compared only if
+/// their subjects agree in everything but `settings` and `frames`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Subject {
-    /// BLAKE3 hash of the scene's contents, 64 hexadecimal digits.
+    /// BLAKE3 hash of the scene's contents, 64 hexadecimal digits. It shows whether two profiles have the same scene.
     pub scene: String,
-    /// The settings of the renderer as a JSON object, in which each `auto` is replaced by the choice for this scene.
+    /// The settings of the renderer as a JSON object. A setting that was `auto` has the value that was chosen for this
+    /// scene.
     pub settings: serde_json::Value,
     /// Name of the device that renders, as the driver reports it.
     pub device: String,
@@ -36,44 +37,48 @@ pub struct Subject {
     pub height: u32,
     /// The maximum number of scattering events of a path between emitter and camera; direct light has one.
     pub bounces: u32,
-    /// Seed of all random numbers, so that each frame is the same work in every run.
+    /// Seed of all random numbers. With the same seed, a frame does the same work in every run.
     pub seed: u32,
-    /// Position, orientation and field of view of the camera as text, which is different for different cameras.
+    /// Position, orientation and field of view of the camera, as a text that is compared with that of another profile:
+    /// different cameras have different texts.
     pub camera: String,
-    /// The time of frame 0 in seconds, and the number of frames per second (`None` if all frames show this time). The whole
-    /// is `None` if nothing in the scene moves.
+    /// The time in the scene that frame 0 shows, in seconds, and the number of frames per second of scene time; the second
+    /// is `None` if all frames show the same time. The whole field is `None` if nothing in the scene moves.
     pub clock: Option<(f64, Option<f64>)>,
-    /// Number of frames that are rendered before the timed ones, to compile the shaders and to fill the history (what a
-    /// frame reuses of earlier frames).
+    /// Number of frames that are rendered before the timed ones. During them, the shaders are compiled and the history (the
+    /// data that a frame reuses of earlier frames) is filled.
     pub warm_up: u32,
-    /// Number of timed frames, from which medians and percentiles are computed.
+    /// Number of timed frames, from which the medians and percentiles are computed.
     pub frames: u32,
 }
 
-/// The conditions of a run that are not part of its [`Subject`]. Two profiles can be compared although their conditions
-/// differ, except if `in_flight` differs.
+/// The conditions of a run that are not part of its [`Subject`]; they can explain why two profiles differ. Two profiles can
+/// be compared although their conditions differ, except if `in_flight` differs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Circumstances {
     /// Name and version of the device's driver, as one text.
     pub driver: String,
-    /// Name of the tracer, the method that traces rays: `ray-query` or `compute-bvh`.
+    /// Name of the tracer, the method that traces rays: `ray-query` (Vulkan's ray queries) or `compute-bvh` (a BVH that
+    /// compute shaders traverse).
     pub tracer: String,
-    /// Name of the way in which shaders access the scene's buffers: `storage-buffers` (by bindings) or `buffer-addresses`.
+    /// Name of the method by which shaders read the scene's buffers: `storage-buffers` (bindings of descriptor sets) or
+    /// `buffer-addresses` (addresses in device memory).
     pub geometry: String,
-    /// Git commit of Headwater, the first 12 digits of its hash; a `+` follows if tracked files had been changed. Empty for
-    /// a build outside a checkout.
+    /// Git commit from which the program was built: the first 12 hexadecimal digits of its hash, then a `+` if tracked files
+    /// had been changed. Empty if the program was built outside a checkout.
     pub commit: String,
-    /// The maximum number of frames that are submitted but not finished. With more than 1, only the host's times cover whole
-    /// frames.
+    /// The maximum number of frames that are submitted to the device but not finished. With more than 1, the time of a whole
+    /// frame is known only by the clock of the host ([`Profile::host`]).
     pub in_flight: u32,
 }
 
-/// Median and 95th percentile of a set of times, in milliseconds.
+/// Median and 95th percentile of several times, in milliseconds. The times are those of the timed frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// Median of the times, in milliseconds.
+    /// Median of the times, in milliseconds; half of the times are not longer.
     pub median: f64,
-    /// 95th percentile of the times, in milliseconds; it shows how much the times vary.
+    /// 95th percentile of the times, in milliseconds: 95 % of the times are not longer. Its distance from the median shows
+    /// how much the times vary.
     pub p95: f64,
 }
 
@@ -86,63 +91,72 @@ impl Spread {
     }
 }
 
-/// The measurements of one pass of the frame.
+/// The measurements of one pass of a frame. A pass is a compute shader that runs one or more times in a frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
-    /// Name of the pass.
+    /// Name of the pass, such as `initial_direct`.
     pub name: String,
-    /// Number of runs of the pass in the last timed frame. Path tracing reports all runs of a frame as one.
+    /// Number of runs of the pass in the last timed frame. With path tracing it is 1, because all runs of the pass in a
+    /// frame are reported as one.
     pub runs: u32,
-    /// Time on the device of all runs of the pass in a frame, in milliseconds, over the timed frames.
+    /// Time on the device of all runs of the pass in a frame together, in milliseconds: median and 95th percentile over the
+    /// timed frames.
     pub milliseconds: Spread,
-    /// Time on the device of the first run of the pass, in milliseconds, in which some drivers compile it; 0 if it was not
-    /// timed.
+    /// Time on the device of the very first run of the pass, in milliseconds. Some drivers compile the pass during this run.
+    /// 0 if the run was not timed.
     pub first_run: f64,
-    /// Time in which the driver made the pipeline of the pass, on the host, in milliseconds. If the pass has several
-    /// pipelines, it is that of the first one; 0 if there is no record.
+    /// Time on the host that the driver needed to make the pipeline of the pass, in milliseconds. If the pass has several
+    /// pipelines, it is the time for the first one. 0 if the time was not recorded.
     pub pipeline: f64,
-    /// Number of rays, active lanes of subgroups, bytes read and written, and others, of the pass in the first timed frame.
-    /// They are counted in a separate run with other shaders; all are 0 if the pass counts nothing.
+    /// Counts of the pass in the first timed frame, such as its rays, the active lanes of its subgroups, and the bytes that
+    /// it reads and writes. Because counting takes time, they come from a separate run with other shaders. All are 0 if the
+    /// pass counts nothing.
     pub counts: Counts,
-    /// Statistics of the driver's compiler about the pass, pairs of name and value; empty if the driver reports none.
+    /// Values that the driver's compiler reports about the pass, such as the number of registers, as pairs of a name and a
+    /// value. Empty if the driver reports none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub statistics: Vec<(String, String)>,
 }
 
-/// The memory on the device of all buffers with one name, or of all images.
+/// The memory on the device that all buffers with the same name use together; one such entry stands for all images.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// Name of the buffers; `images` stands for all images.
+    /// Name that the buffers have in common; `images` in the entry of all images.
     pub name: String,
-    /// Number of buffers or images with this name.
+    /// Number of the buffers with this name, or of all images.
     pub count: u32,
-    /// Size of all these buffers or images together, in bytes.
+    /// Size of these buffers or images together, in bytes.
     pub bytes: u64,
 }
 
-/// A profile: the times, counts and memory of a sequence of frames.
+/// A profile: the times, counts and memory of a sequence of frames, and a description of what was measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
-    /// Version of the JSON format; [`VERSION`] in new profiles.
+    /// Version of the JSON format in which the profile was made. It is [`VERSION`] in new profiles, and can be lower in
+    /// profiles that were read from a file.
     pub version: u32,
     /// What was measured: scene, settings, device, picture and numbers of frames.
     pub subject: Subject,
-    /// The conditions of the run, such as driver and tracer.
+    /// The conditions of the run that are not part of the subject, such as driver and tracer.
     pub circumstances: Circumstances,
-    /// Time of a frame in milliseconds, from its submission to the end of the wait for it, over the timed frames. 0 with
-    /// several frames in flight, because the host does not wait for each frame.
+    /// Time of a frame in milliseconds, from its submission to the end of the wait for the device: median and 95th
+    /// percentile over the timed frames. Both are 0 with several frames in flight, because the host then does not wait for
+    /// each frame.
     pub frame: Spread,
-    /// Time on the host in milliseconds, from the start of a frame to the start of the next one, over the timed frames.
+    /// Time by the clock of the host from the start of a frame to the start of the next one, in milliseconds: median and
+    /// 95th percentile over the timed frames.
     pub host: Spread,
-    /// The passes of the last timed frame, in the order of their first runs in it.
+    /// The passes that ran in the last timed frame, one entry per pass, in the order of their first runs in this frame.
     pub passes: Vec<Pass>,
-    /// The memory that is allocated after the last frame, one entry per name, the largest first.
+    /// The memory on the device that is allocated after the last frame: one entry per name of buffers and one for all
+    /// images, the largest first.
     pub memory: Vec<Memory>,
 }
 
 impl Profile {
-    /// Computes a profile from the frames of the warm-up and the timed frames, both in order. `counts` has the counts of one
-    /// frame, `compiled` the driver's results for all pipelines, and `memory` the memory in use after the last frame.
+    /// Computes a profile from the times of the frames: `warm_up` has those of the warm-up, `timed` the others, both in the
+    /// order of the frames. `counts` has the counts of each pass in the first timed frame, `compiled` the driver's results
+    /// for all pipelines, and `memory` the buffers and images that exist after the last frame.
     pub fn new(
         subject: Subject,
         circumstances: Circumstances,
@@ -204,7 +218,8 @@ impl Profile {
         }
     }
 
-    /// Time of a whole frame in milliseconds: [`Profile::frame`] or, with several frames in flight, [`Profile::host`].
+    /// Median and 95th percentile of the time of a whole frame, in milliseconds: [`Profile::frame`], or with several frames
+    /// in flight [`Profile::host`].
     pub fn whole(&self) -> Spread {
         match self.circumstances.in_flight {
             ..=1 => self.frame,
@@ -212,12 +227,12 @@ impl Profile {
         }
     }
 
-    /// Size of all buffers and images together after the last frame, in bytes.
+    /// Size of all buffers and images on the device together after the last frame, in bytes.
     pub fn bytes(&self) -> u64 {
         self.memory.iter().map(|memory| memory.bytes).sum()
     }
 
-    /// Number of rays that all passes together trace in the first timed frame.
+    /// Number of rays that all passes together traced in the first timed frame.
     pub fn rays(&self) -> u64 {
         self.passes.iter().map(|pass| pass.counts.rays).sum()
     }

@@ -1,23 +1,25 @@
-//! Profiles as text, which scripts can read. Each line begins with its subject, such as `frame`, `pass NAME` or `memory
-//! NAME`, and has its values in a fixed order; the line with the names of columns begins with `#`.
+//! Profiles as text, which scripts can read. Each line begins with a word that says what it describes, such as `frame`,
+//! `pass NAME` or `memory NAME`, and then has its values in a fixed order. The line with the names of the columns begins
+//! with `#`.
 
 use super::Profile;
 use crate::base::printable::printable;
 use crate::render::counters::Counts;
 use std::fmt::Write;
 
-/// The number in millions as text, with three decimals.
+/// `value` in millions, as text with three decimals: 1,500,000 is `1.500`.
 fn millions(value: u64) -> String {
     format!("{:.3}", value as f64 / 1e6)
 }
 
-/// The fraction as a percentage with one decimal and without the sign, so that 0.5 is `50.0`; a dash for `None`.
+/// The fraction `part` as text: a percentage with one decimal and without the percent sign, so that 0.5 is `50.0`. `None` is
+/// a dash.
 fn percent(part: Option<f64>) -> String {
     part.map_or_else(|| "-".into(), |part| format!("{:.1}", 100.0 * part))
 }
 
-/// The text of a profile: its subject, the times of the frame, one line per pass, and the memory. The README of this folder
-/// explains the columns.
+/// A profile as text: what was measured, the times of the frame, one line per pass with its times and counts, and the memory
+/// on the device. `README.md` in the folder of this file explains the columns.
 pub fn table(profile: &Profile) -> String {
     let mut text = String::new();
     let subject = &profile.subject;
@@ -123,8 +125,9 @@ pub fn table(profile: &Profile) -> String {
     text
 }
 
-/// A table of the median times, in milliseconds, of the frame and of each pass in an earlier profile and now, with the
-/// change in percent. A dash stands for a pass that one of the profiles lacks.
+/// A table that compares two profiles, with one line for the frame and one for each pass. The columns are the median time in
+/// the earlier profile and now, in milliseconds, and the change in percent. A pass that only one of the profiles lists has
+/// dashes for the missing time and the change.
 pub fn difference(now: &Profile, earlier: &Profile) -> String {
     let mut text = format!(
         "{:24} {:>10} {:>10} {:>8}",

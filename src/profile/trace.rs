@@ -1,19 +1,19 @@
-//! Profiles as traces in the Trace Event Format, which Chrome (`chrome://tracing`) and [Perfetto](https://ui.perfetto.dev)
-//! show.
+//! Profiles as traces in the Trace Event Format, a JSON format that Chrome (`chrome://tracing`) and
+//! [Perfetto](https://ui.perfetto.dev) show as a timeline.
 
 use super::Frame;
 use serde_json::{Value, json};
 
-/// Index (`tid`) of the trace's track for the frames on the host. `DEVICE` is the index of the track for the frames and
-/// passes on the device.
+/// The number (`tid`) of the timeline's track with the frames on the host. `DEVICE` is the number of the track with the
+/// frames and the passes on the device.
 const HOST: u32 = 1;
 const DEVICE: u32 = 2;
 
-/// A trace of frames as JSON: the track of the host has the frames, the track of the device has the frames and the runs of
-/// their passes. Times are in microseconds, as the format requires.
+/// A trace of frames as JSON. The track of the host shows the frames; the track of the device shows the frames and each run
+/// of their passes. Times are in microseconds, as the format requires.
 ///
-/// The host and the device have different clocks. So the passes of a frame are moved until the last one ends at the end of
-/// the frame on the host, when the wait for the device ends.
+/// The clocks of the host and of the device have different zero points. So the passes of each frame are moved in time until
+/// the last of them ends when the host's frame ends, because then the wait for the device ends, too.
 pub fn trace(frames: &[Frame]) -> Value {
     let mut events = vec![
         json!({"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "headwater"}}),

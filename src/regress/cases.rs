@@ -1,23 +1,25 @@
-//! The cases of the regression tests, each given by arguments of `render`.
+//! The cases of the regression tests: the pictures that are rendered and compared. Each is given by arguments of the command
+//! `render`.
 
 use crate::Result;
 use crate::base::toml_text::TomlText;
 use serde::Deserialize;
 
-/// One test case: the frame, or short sequence of frames, that `render` makes from given arguments.
+/// One test case: the frame, or the short sequence of frames, that the command `render` makes from given arguments.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// The name of the case, and of its picture files without their endings.
+    /// The name of the case. The files of its pictures have this name, without their endings.
     pub name: String,
-    /// The arguments of `render`, separated by spaces, without `--output`.
+    /// The arguments of the command `render` that make the picture, separated by spaces. `--output` is missing, because each
+    /// caller adds its own.
     pub arguments: String,
 }
 
-/// All cases of `cases.toml`, in the order in which they run.
+/// All cases of the file `cases.toml`, in the order in which they are listed and run.
 ///
 /// # Errors
-/// `cases.toml`, which is part of the program, is damaged; a test excludes this.
+/// The text of `cases.toml`, which is compiled into the program, is not valid; a test excludes this.
 pub fn cases() -> Result<Vec<Case>> {
     #[derive(Deserialize)]
     struct List {
@@ -34,7 +36,8 @@ mod tests {
     use crate::render::presets;
     use std::collections::BTreeSet;
 
-    /// Texts that must occur in the arguments of at least one case, so that every choice of the renderer is tested.
+    /// Parts of command lines, such as `--preset fast`, each of which must occur in the arguments of at least one case. So
+    /// the regression tests use every choice that the renderer offers.
     fn choices() -> Vec<String> {
         let presets = presets::PRESETS
             .iter()

@@ -1,4 +1,5 @@
-//! Golden frames on disk: a folder for each driver, with a JSON list and one picture per case.
+//! Golden frames (the stored results with which the regression tests compare) on disk: a folder for each driver, with a JSON
+//! list and one picture per case.
 
 use super::cases::Case;
 use crate::base::files::write_atomically;
@@ -14,27 +15,28 @@ use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-/// Version of the form of `golden.json`. A list of another version is refused.
+/// Version of the format of the file `golden.json`. A file with another version is refused.
 const VERSION: u32 = 1;
-/// The file name of the list of golden frames in the folder of a driver.
+/// The name of the file that lists the golden frames in the folder of a driver.
 const LIST: &str = "golden.json";
 
-/// A hash of one buffer after one pass of one frame. The first step that differs from the golden steps shows where a fault
-/// begins.
+/// A hash of the contents of one buffer after one pass of one frame. The test compares the steps of a case with the golden
+/// ones; the first step that differs shows in which pass an error begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Step {
-    /// The index of the frame, counted from 0.
+    /// The index of the frame in which the pass ran. The first frame of a case has the index 0.
     pub frame: u32,
-    /// The name of the pass.
+    /// The name of the pass that ran just before the hash was made.
     pub pass: String,
-    /// The name of the buffer, which the pass may write.
+    /// The name of the hashed buffer, which is one that the pass may write.
     pub buffer: String,
-    /// The BLAKE3 hash of all bytes of the buffer after the pass: its first 16 hexadecimal digits.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of all bytes of the buffer.
     pub hash: String,
 }
 
 impl Step {
-    /// Makes a step from a recorded output of a pass in the frame with index `frame`.
+    /// Makes a step from `output`, the recorded hash of a buffer after a pass. `frame` is the index of the frame in which
+    /// the pass ran.
     pub fn of(frame: u32, output: Output) -> Self {
         Self {
             frame,
@@ -45,20 +47,20 @@ impl Step {
     }
 }
 
-/// The stored result of one case on the trusted driver; the picture itself is in a separate file.
+/// The golden frame of one case: the stored result of a trusted driver, with which other results are compared. The picture
+/// itself is in a separate file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Golden {
-    /// The arguments of `render` with which the case was rendered. If the case has other arguments now, the golden frame is
-    /// refused.
+    /// The arguments of the command `render` with which the golden frame was rendered. If the case has other arguments now,
+    /// the golden frame is out of date and is refused.
     pub arguments: String,
-    /// The BLAKE3 hash of the EXR file of the picture, its first 16 hexadecimal digits. It shows whether the file is
-    /// damaged.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of the picture's EXR file. They show whether the file is damaged.
     pub picture: String,
-    /// The hashes of the outputs of all passes, in the order in which the passes ran.
+    /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran.
     pub steps: Vec<Step>,
 }
 
-/// The set of golden frames of one device and driver.
+/// The set of golden frames that one driver rendered on one device. On disk, it is one folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Goldens {
     version: u32,
@@ -66,19 +68,20 @@ pub struct Goldens {
     pub device: String,
     /// Name and version of the driver that rendered the golden frames.
     pub driver: String,
-    /// The revision of Headwater that wrote the set: a git commit of 12 hexadecimal digits, then `+` if files had been
-    /// changed. It is empty for a build outside a checkout. Golden frames that `--only` left in place may come from an older
-    /// revision.
+    /// The revision of Headwater that wrote the set: the first 12 hexadecimal digits of a git commit, then `+` if files had
+    /// been changed. Empty for a build outside a checkout. If `--only` limited a run to some cases, the golden frames of
+    /// other cases may come from an older revision.
     pub commit: String,
-    /// The golden frames by the names of their cases.
+    /// The golden frames. The keys are the names of their cases.
     pub cases: BTreeMap<String, Golden>,
     #[serde(skip)]
     folder: PathBuf,
 }
 
-/// The name of the folder for a device and its driver: their names and the driver's version, joined by hyphens. A driver
-/// that may compute other bits has another folder, because drivers put the version of their compiler and the width of
-/// vectors into these names.
+/// The name of the folder for the golden frames of a device and its driver. It consists of the name of the device and the
+/// name and version of the driver, with hyphens instead of spaces and other special characters. Drivers put the version of
+/// their compiler and the width of vectors into these names, so two drivers that may compute different bits have different
+/// folders.
 fn folder_name(device: &DeviceInfo) -> String {
     let text = format!("{} {}", device.name, device.driver);
     let letters = text.chars().map(|c| {
@@ -93,23 +96,24 @@ fn folder_name(device: &DeviceInfo) -> String {
     words.collect::<Vec<_>>().join("-")
 }
 
-/// A new set of golden frames, which replaces an older one of the same driver when it is complete. Until then it is in
-/// memory, so that nothing must be cleaned up if the work ends early.
+/// A new set of golden frames, which the command `regress --bless` builds. When it is complete, it replaces the older set of
+/// the same driver. Until then it is only in memory, so that no file must be removed if the work ends early.
 pub struct Blessing {
     goldens: Goldens,
-    /// The pictures of the cases that were rendered for this set, by the names of the cases.
+    /// The pictures of the cases that were rendered for this set. The keys are the names of the cases.
     pictures: BTreeMap<String, Image>,
-    /// The folder of all golden frames, which has one folder per driver.
+    /// The path of the folder of all golden frames, which contains one folder per driver.
     folder: PathBuf,
-    /// The paths of this driver's set.
+    /// The paths on disk at which the set of this driver can be.
     locations: Locations,
 }
 
-/// The beginning of the names of temporary folders, in which new sets of golden frames are written.
+/// The beginning of the name of a temporary folder. Such folders contain new sets of golden frames that are being written.
 const WORK: &str = ".golden-";
 
 impl Blessing {
-    /// An empty set for the driver of `device`. `folder` has one folder per driver; nothing is written to it yet.
+    /// Makes an empty set for the driver of `device`. `folder` is the folder that has one folder per driver; nothing is
+    /// written to it before [`Self::finish`].
     pub fn new(folder: &Path, device: &DeviceInfo) -> Self {
         let locations = Locations::new(folder, device);
         let goldens = Goldens {
@@ -128,8 +132,8 @@ impl Blessing {
         }
     }
 
-    /// Adds a rendered case with its picture and the hashes of its passes. It replaces an older golden frame of the same
-    /// case.
+    /// Adds the result of a case that was just rendered: its picture, and the hashes of the buffers that its passes wrote.
+    /// The result replaces a golden frame of the same case that is in the set already.
     pub fn add(&mut self, case: &Case, image: Image, steps: Vec<Step>) {
         let golden = Golden {
             arguments: case.arguments.clone(),
@@ -141,8 +145,9 @@ impl Blessing {
         self.pictures.insert(case.name.clone(), image);
     }
 
-    /// Adds the cases of the driver's set on disk, if there is one, so that `--only` keeps the cases that it does not
-    /// render. Cases that are added later replace them. [`Self::finish`] copies the pictures of those that remain.
+    /// Adds the cases of the driver's set on disk, if there is one. So a run with `--only` does not lose the golden frames
+    /// of the cases that it does not render. Cases that are added later replace these, and [`Self::finish`] copies the
+    /// pictures of those that were not replaced.
     ///
     /// # Errors
     /// The list of the set on disk cannot be read, is damaged, or has another version.
@@ -155,10 +160,10 @@ impl Blessing {
         Ok(())
     }
 
-    /// Writes the set, which replaces the driver's older set, and returns the path of its folder.
+    /// Writes the set to disk, where it replaces the older set of the driver, and returns the path of its folder.
     ///
     /// # Errors
-    /// A file cannot be written, or a picture of the older set cannot be copied; then the older set stays.
+    /// A file cannot be written, or a picture of the older set cannot be copied. The older set then stays in place.
     pub fn finish(self) -> Result<PathBuf> {
         let Self {
             mut goldens,
@@ -214,10 +219,10 @@ impl Blessing {
     }
 }
 
-/// The paths where the set of golden frames of a driver can be.
+/// The two paths at which the set of golden frames of a driver can be: `target` is the normal one.
 struct Locations {
     target: PathBuf,
-    /// The path of the older set while a new set takes its place.
+    /// The path to which the older set is moved while a new set takes its place.
     older: PathBuf,
 }
 
@@ -230,8 +235,8 @@ impl Locations {
         }
     }
 
-    /// The folder of the complete set; `None` if there is none. It is the path `older` if a program was killed before the
-    /// new set took its place.
+    /// The folder of the driver's complete set; `None` if there is none. Normally it is `target`. If a program was killed
+    /// after it had moved the older set away, and before the new set was in its place, it is `older`.
     fn set(&self) -> Option<&Path> {
         let mut locations = [&self.target, &self.older].into_iter();
         locations
@@ -240,7 +245,7 @@ impl Locations {
     }
 }
 
-/// Removes the temporary folders that killed programs have left in `folder`.
+/// Removes the temporary folders in `folder`, which were left by programs that were killed before their sets were complete.
 fn remove_unfinished(folder: &Path) {
     let entries = folder.read_dir().into_iter().flatten().flatten();
     for entry in entries.filter(|e| e.file_name().to_string_lossy().starts_with(WORK)) {
@@ -248,24 +253,26 @@ fn remove_unfinished(folder: &Path) {
     }
 }
 
-/// The path of the picture of the case `name` in the folder of a set.
+/// The path of the picture of the case `name`. `folder` is the folder of a driver's set.
 fn picture(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.exr"))
 }
 
 impl Goldens {
-    /// The revision of Headwater that made the golden frames, if it differs from that of this program. Then a difference may
-    /// come from a change of Headwater, and not from the driver. `None` if both are equal or the revision is unknown.
+    /// The revision of Headwater that made the golden frames, if it differs from that of this program. A difference between
+    /// pictures may then come from a change of Headwater instead of the driver. `None` if both revisions are equal, or if
+    /// that of the golden frames is unknown.
     pub fn other_revision(&self) -> Option<&str> {
         let made_by = Some(self.commit.as_str()).filter(|commit| !commit.is_empty())?;
         (made_by != env!("HEADWATER_COMMIT")).then_some(made_by)
     }
 
-    /// Reads the golden frames of a device and its driver. If `folder` has none, reads those of another driver, the first by
-    /// name. The returned flag is true if they belong to this driver.
+    /// Reads the golden frames that belong to a device and its driver. If `folder` has none, it reads those of another
+    /// driver: the folder whose name is first in alphabetical order. The returned flag is true if the golden frames belong
+    /// to this device and driver.
     ///
     /// # Errors
-    /// There are no golden frames, or the list of those that were found cannot be read or is damaged.
+    /// There are no golden frames, or the list of those that were found cannot be read, is damaged or has another version.
     pub fn find(folder: &Path, device: &DeviceInfo) -> Result<(Self, bool)> {
         if let Some(own) = Locations::new(folder, device).set() {
             return Ok((Self::read(own)?, true));
@@ -319,11 +326,11 @@ impl Goldens {
         })
     }
 
-    /// The golden frame of a case and its picture; `None` if the set does not have the case, for example because the driver
-    /// lacked a feature.
+    /// The golden frame of a case and its picture. `None` if the set does not contain the case, for example because the
+    /// driver lacked a feature that the case needs.
     ///
     /// # Errors
-    /// The picture is missing or damaged, or the golden frame was rendered with other arguments.
+    /// The picture is missing or damaged, or the golden frame was rendered with other arguments than the case has now.
     pub fn case(&self, case: &Case) -> Result<Option<(&Golden, Image)>> {
         let Some(golden) = self.cases.get(&case.name) else {
             return Ok(None);

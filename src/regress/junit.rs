@@ -1,4 +1,4 @@
-//! Results of regression tests as JUnit XML, which CI systems show.
+//! Results of regression tests as JUnit XML, a format that CI systems show.
 
 use super::verdict::Verdict;
 use crate::base::printable::printable;
@@ -6,8 +6,9 @@ use crate::{Error, Result};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;
 
-/// The report as XML text. `results` has the name of each case, its verdict and the time that it took. The case that is
-/// `running` counts as an error: a final report has a running case only if the driver ended the program.
+/// The report as XML text. `results` has the name, the verdict and the duration of each case that has finished. `running` is
+/// the name of the case that runs now, which the report lists as an error: if the driver crashes in this case and ends the
+/// program, the report that was written last shows it.
 ///
 /// # Errors
 /// The text cannot be written as XML, which does not happen for names that XML can hold.

@@ -1,6 +1,6 @@
-//! Regression tests of drivers. The pictures of small frames, and the outputs of each of their passes, are compared with
-//! golden frames, which a trusted driver made. On the driver that made them every bit must be equal; on another driver the
-//! pictures must agree except for rounding.
+//! Regression tests of drivers. They render small pictures, and compare them with golden frames: stored pictures, and stored
+//! hashes of the buffers that each pass writes, made by a trusted driver. On the driver that made the golden frames, every
+//! bit must be equal. On another driver, only the pictures are compared, and they must agree except for rounding.
 
 mod cases;
 mod golden;

@@ -1,42 +1,46 @@
-//! The verdict on a case: the comparison of its picture and outputs with the golden frame.
+//! The verdict on a case of the regression tests: the comparison of its picture, and of the hashes of the buffers that its
+//! passes write, with the golden frame.
 
 use super::golden::{Golden, Step};
 use crate::Result;
 use crate::image::Image;
 
-/// The result of rendering a case on the driver under test.
+/// The result of rendering a case on the driver that is tested: the picture and the hashes that are compared with the golden
+/// frame.
 pub struct Rendered {
-    /// The picture that the case makes in normal use, without hashing.
+    /// The picture of the case, rendered as in normal use: with whole frames, and not pass by pass as for the hashes.
     pub image: Image,
-    /// The hashes of the outputs of all passes, in the order in which the passes ran.
+    /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran.
     pub steps: Vec<Step>,
 }
 
-/// The result of the test of one case.
+/// The result of the test of one case. Each text is a message for the user.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// The case agrees with its golden frame; the text holds remarks and may be empty.
+    /// The case agrees with its golden frame. The text says how much the pictures differ; it is empty if every bit is equal.
     Passed(String),
-    /// The case differs from its golden frame, or the driver failed; the text holds the reason.
+    /// The case differs from its golden frame, or the driver failed. The text says why.
     Failed(String),
-    /// The case was not compared, for example because the device lacks a feature; the text holds the reason.
+    /// The case was not compared, for example because the device lacks a feature that the case needs. The text says why.
     Skipped(String),
 }
 
-/// Two drivers' values of a channel agree if their difference is at most this fraction of the larger value.
+/// The tolerance for values of a channel in the pictures of two drivers: two values agree if their difference is at most
+/// this fraction of the larger one.
 const NEAR: f32 = 1e-3;
-/// The largest fraction of pixels that may disagree with another driver's picture. Some do, because rounding can change a
-/// choice, and the path then takes another direction.
+/// The largest fraction of pixels in which the pictures of two drivers may disagree. Some pixels always disagree, because
+/// rounding can change a random decision, and a path then takes another direction.
 const MAX_APART: f64 = 0.05;
-/// The largest difference between the means of two drivers' pictures, in standard errors of this difference: rounding must
-/// make a picture neither brighter nor darker.
+/// The largest difference between the mean values of two drivers' pictures, as a multiple of the standard error of this
+/// difference. A larger one means that a driver makes pictures brighter or darker, which rounding does not.
 const MAX_DEVIATIONS: f64 = 4.0;
-/// The largest difference between the means of two drivers' pictures, as a fraction of the golden mean, that is always
-/// accepted, even if it is many standard errors.
+/// A difference between the mean values of two drivers' pictures that is always accepted, even if it is many standard
+/// errors. It is a fraction of the mean of the golden picture.
 const ROUNDING: f64 = 1e-4;
 
-/// Compares with a golden frame of the same driver: every bit of the picture and of the outputs of passes must be equal.
-/// `picture` is the golden picture. A failure names the first frame, pass and buffer that differ.
+/// The verdict on a case whose golden frame is from the same driver: every bit of the picture, and of the buffers that
+/// passes may write, must be equal. `picture` is the golden picture. The text of a failure names the first frame, pass and
+/// buffer that differ.
 pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> Verdict {
     let pairs = rendered.steps.iter().zip(&golden.steps);
     if let Some((now, before)) = pairs.clone().find(|(now, before)| now != before) {
@@ -67,8 +71,8 @@ pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> V
     ))
 }
 
-/// Compares with the golden `picture` of another driver: it must agree except for rounding, and the paths that rounding
-/// changes must not make the picture brighter or darker.
+/// The verdict on a case if the golden frame is from another driver. The pictures must agree except for rounding. Rounding
+/// may change the paths of some pixels, but the mean of the picture must stay the same. `picture` is the golden picture.
 ///
 /// # Errors
 /// One of the pictures has no channels `R`, `G`, `B`.

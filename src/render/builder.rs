@@ -1,4 +1,5 @@
-//! The entrance of the library: builds a renderer of a scene, with defaults for everything that is not set.
+//! The entrance of the library: a builder that makes the renderer of a scene, with defaults for everything that the caller
+//! does not set.
 
 use super::presets::{DEFAULT, Preset};
 use super::{Renderer, Settings, View};
@@ -11,7 +12,8 @@ use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// A builder of a [`Renderer`], which collects settings, camera, picture size and device. [`Renderer::builder`] makes it.
+/// A builder of a [`Renderer`]: it collects the settings, the camera, the picture size, the device and other options, and
+/// then makes the renderer. [`Renderer::builder`] makes a builder.
 ///
 /// ```no_run
 /// # fn main() -> headwater::Result<()> {
@@ -27,7 +29,7 @@ use std::sync::Arc;
 #[must_use]
 pub struct RendererBuilder<'a> {
     scene: &'a Scene,
-    /// The settings of the renderer. `None`: those of the default preset, `balanced`.
+    /// The settings of the renderer; `None` stands for those of the default preset, `balanced`.
     settings: Option<Settings>,
     camera: Option<Camera>,
     size: (u32, u32),
@@ -38,16 +40,16 @@ pub struct RendererBuilder<'a> {
 }
 
 impl Renderer {
-    /// Begins to build a renderer of `scene` with default values. The device is not opened before
-    /// [`RendererBuilder::build`].
+    /// Makes a builder of a renderer for `scene`, with default values. The device is not opened before
+    /// [`RendererBuilder::build`] is called.
     pub fn builder(scene: &Scene) -> RendererBuilder<'_> {
         RendererBuilder::new(scene)
     }
 }
 
 impl<'a> RendererBuilder<'a> {
-    /// A builder with the defaults: the preset `balanced`, 640 × 360 pixels, at most 5 bounces, seed 0, no
-    /// jitter, the scene's first camera, and the first device in the order of preference.
+    /// A builder with the defaults: the preset `balanced`, 640 × 360 pixels, at most 5 scattering events per path, seed 0,
+    /// no jitter, the first camera of the scene, and the first device in the order that [`Self::device`] describes.
     fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
@@ -61,7 +63,8 @@ impl<'a> RendererBuilder<'a> {
         }
     }
 
-    /// Replaces all settings by those of a preset: `path-tracing`, `fast`, `balanced`, `accurate` or `s1`.
+    /// Replaces all settings by those of the preset `name`: `path-tracing`, `fast`, `balanced`, `accurate` or `s1`. Without
+    /// this call or [`Self::settings`], the settings are those of `balanced`.
     ///
     /// # Errors
     /// No preset has this name.
@@ -70,48 +73,50 @@ impl<'a> RendererBuilder<'a> {
         Ok(self)
     }
 
-    /// Replaces all settings by `settings`.
+    /// Replaces all settings, also those of a preset, by `settings`.
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = Some(settings);
         self
     }
 
-    /// Sets the camera. Without this call, it is the scene's first camera, or for a scene without cameras one that shows the
-    /// whole scene.
+    /// Sets the camera. Without this call, it is the first camera of the scene. If the scene has no camera, it is one that
+    /// shows the whole scene.
     pub fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
         self
     }
 
-    /// Sets the width and the height of the picture, in pixels; both at least 1.
+    /// Sets the width and the height of the picture, in pixels; both must be at least 1. Without this call, the picture has
+    /// 640 × 360 pixels.
     pub fn size(mut self, width: u32, height: u32) -> Self {
         self.size = (width, height);
         self
     }
 
-    /// Sets the seed of all random numbers. Two runs with the same seed and the same driver give the same picture, bit for
-    /// bit.
+    /// Sets the seed of all random numbers; without this call, it is 0. Two runs with the same seed and the same driver give
+    /// the same picture, bit for bit.
     pub fn seed(mut self, seed: u32) -> Self {
         self.seed = seed;
         self
     }
 
-    /// Sets the maximum number of scattering events of a path: 0 shows only emitters, 1 adds direct light, 2 or more add
-    /// indirect light.
+    /// Sets the maximum number of scattering events of a path between emitter and camera: 0 shows only emitters, 1 adds
+    /// direct light, 2 or more add indirect light. Without this call, it is 5.
     pub fn bounces(mut self, bounces: u32) -> Self {
         self.bounces = bounces;
         self
     }
 
-    /// If `jitter` is true, primary rays pass through random points of a pixel (a box filter), which smooths edges over
-    /// several samples. Otherwise they pass through its centre.
+    /// Sets where primary rays pass through their pixels. If `jitter` is true, they pass through random points of the pixel
+    /// (a box filter), so that the mean of several samples has smooth edges. If it is false, or without this call, they pass
+    /// through the centre of the pixel.
     pub fn jitter(mut self, jitter: bool) -> Self {
         self.jitter = jitter;
         self
     }
 
-    /// Selects the device by its index, its name or a part of its name. Without this call, discrete GPUs come before
-    /// integrated ones, and these before virtual GPUs and CPUs.
+    /// Selects the Vulkan device: by its index in the list of `headwater info`, by its name or by a part of its name.
+    /// Without this call, the first device in this order is used: discrete GPUs, integrated GPUs, virtual GPUs, CPUs.
     pub fn device(mut self, device: &str) -> Self {
         self.device = Some(device.to_owned());
         self
@@ -120,8 +125,8 @@ impl<'a> RendererBuilder<'a> {
     /// Opens the device, uploads the scene, and makes the renderer with its passes and buffers.
     ///
     /// # Errors
-    /// The picture has no pixels or too many, there is no Vulkan or no device as selected, or the scene exceeds the memory
-    /// or a limit of the device.
+    /// The picture has no pixels or too many, there is no Vulkan, no device fits the selection, or the scene exceeds the
+    /// memory or a limit of the device.
     pub fn build(self) -> Result<Renderer> {
         let (width, height) = self.size;
         if width == 0 || height == 0 {

@@ -1,12 +1,12 @@
-//! The camera of a scene in the form that shaders read.
+//! The conversion of a scene's camera to the form that shaders read.
 
 use crate::device_scene::Units;
 use crate::scene::Camera;
 use crate::shader_interface::GpuCamera;
 
-/// The camera that shaders read: a pinhole camera for a picture of `width` × `height` pixels. Its position is in the
-/// device's coordinates, to which `units` converts those of the scene. The vertical field of view is that of `camera`; the
-/// horizontal one follows from the picture's aspect ratio.
+/// Converts `camera` to the form that shaders read: a pinhole camera for a picture of `width` × `height` pixels. `units`
+/// converts the camera's position from scene units to the device's coordinates. The vertical field of view is that of
+/// `camera`; the horizontal one follows from the aspect ratio of the picture.
 pub fn gpu_camera(camera: &Camera, units: &Units, width: u32, height: u32) -> GpuCamera {
     let axes = camera.camera_to_world.matrix3;
     let half_height = (0.5 * camera.vertical_fov).tan();

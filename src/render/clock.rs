@@ -1,9 +1,9 @@
-//! The clock of an animation: the time in the scene that each frame shows.
+//! The clock of an animation, which computes the time in the scene that each frame shows.
 
 use crate::scene::Scene;
 use crate::{Error, Result};
 
-/// The map from the index of a frame to the time in the scene that the frame shows.
+/// A clock of an animation: it maps the index of a frame to the time in the scene that the frame shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// The time in the scene that frame 0 shows, in seconds.
@@ -13,8 +13,8 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Checks that both values can be used. The arguments are the names of the two values in error messages, such as
-    /// `--start-time` and `--fps`.
+    /// Checks that the start time and the number of frames per second can be used. The arguments are the names of these two
+    /// values for error messages, such as `--start-time` and `--fps`.
     ///
     /// # Errors
     /// The start time is not finite, or the number of frames per second is not positive and finite.
@@ -40,8 +40,8 @@ impl Clock {
         }
     }
 
-    /// A stopped clock: each of its frames shows the time that this clock gives to the frame with the index `frame`. With
-    /// it, path tracing can add up many samples of one moment of an animation.
+    /// Returns a stopped clock. All its frames show one time: that which this clock (`self`) computes for the frame with the
+    /// index `frame`. With a stopped clock, path tracing can add up many samples of one moment of an animation.
     pub fn stopped_at(&self, frame: u32) -> Self {
         Self {
             start_time: self.time(frame),
@@ -49,8 +49,8 @@ impl Clock {
         }
     }
 
-    /// Replaces a moving scene by its pose at the start time, if the clock is stopped. The scene then costs no more to
-    /// render than one that never moves.
+    /// If the clock is stopped, replaces a scene that moves by its pose at the start time: a scene that does not move, with
+    /// all objects where they are at this time. It costs less to render. Does nothing if the clock runs.
     ///
     /// # Errors
     /// At the start time an instance is too far away to be rendered, or a camera has no direction.

@@ -1,5 +1,5 @@
-//! Counters of passes. Faults, such as rejected values, are always counted; rays, lanes, neighbours and bytes only on
-//! request, because this costs time.
+//! Counters of passes on the device. Faults, such as rejected values, are always counted. Rays, lanes of subgroups,
+//! neighbours and bytes are counted only on request, because this costs time.
 
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::shader_interface::Specialisation;
@@ -13,59 +13,62 @@ use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
 
-/// The counts of one pass since the last call of [`Counters::since_last`].
+/// The counts of one pass in the period since the previous call of [`Counters::since_last`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
-    /// The name of the pass.
+    /// The name of the pass that was counted.
     pub pass: String,
-    /// The number of rays that were traced.
+    /// The number of rays that the pass traced.
     pub rays: u64,
-    /// Two sums over all times at which a subgroup traces rays: first the number of lanes that trace a ray, then the number
-    /// of all lanes of the subgroup. Their ratio is the fraction of lanes in use.
+    /// Two sums over all times at which a subgroup traced rays: first the number of lanes that traced a ray, then the number
+    /// of all lanes of the subgroup. The first divided by the second is the fraction of lanes in use.
     pub trace_lanes: [u64; 2],
-    /// Two sums over all times at which a subgroup evaluates a target function in a merge: first the number of lanes that
-    /// evaluate it, then the number of all lanes of the subgroup. Their ratio is the fraction of lanes in use.
+    /// Two sums over all times at which a subgroup evaluated a target function to merge reservoirs: first the number of
+    /// lanes that evaluated it, then the number of all lanes of the subgroup. The first divided by the second is the
+    /// fraction of lanes in use.
     pub merge_lanes: [u64; 2],
-    /// The number of reservoirs that pixels and path vertices merged with their own: those of neighbouring pixels, those of
-    /// the previous frame, and world reservoirs (the reservoirs of path vertices).
+    /// The number of reservoirs that pixels and path vertices merged with their own reservoirs: those of neighbouring
+    /// pixels, those of the previous frame, and world reservoirs (the reservoirs of path vertices).
     pub neighbours: u64,
-    /// The number of path vertices that have a world reservoir, which holds a light sample for path vertices of the next
-    /// frame.
+    /// The number of path vertices that have a world reservoir: a reservoir with a light sample that path vertices of the
+    /// next frame can reuse.
     #[serde(default)]
     pub vertices: u64,
-    /// The number of cells of space that hold at least one vertex in the table of world reservoirs (the reservoirs of path
-    /// vertices).
+    /// The number of cells of space that contain at least one path vertex with a world reservoir. A table of these cells
+    /// finds world reservoirs by position.
     #[serde(default)]
     pub cells: u64,
-    /// The number of slots in the table of world reservoirs (the reservoirs of path vertices). A slot can hold one cell of
-    /// space.
+    /// The number of slots in the table that finds world reservoirs (the reservoirs of path vertices) by position. Each slot
+    /// can hold one cell of space, so `cells` / `slots` is the used fraction of the table.
     #[serde(default, rename = "places")]
     pub slots: u64,
-    /// The number of path vertices whose world reservoir cannot be found by the next frame: their cell has no slot in the
-    /// table, or another vertex took their slot in the list of the cell. This gives more noise, but no bias.
+    /// The number of path vertices whose world reservoir the next frame cannot find. Either the table had no slot for the
+    /// cell of the vertex, or another vertex took its place in the list of the cell. This gives more noise, but no bias.
     #[serde(default)]
     pub dropped: u64,
-    /// The number of rays that hit a surface.
+    /// The number of the traced rays that hit a surface.
     #[serde(default)]
     pub hits: u64,
-    /// The number of bytes read from the buffers of frames: surfaces of pixels, reservoirs, pilots (the first BSDF rays),
-    /// light lists, world reservoirs, radiance and its sums. Reads of the scene, and of the table that finds world
-    /// reservoirs, do not count.
+    /// The number of bytes that the pass read from the buffers of frames: surfaces of pixels, reservoirs, pilots (the first
+    /// BSDF ray of each pixel), light lists, world reservoirs, radiance and its sums. Reads of the scene, and of the table
+    /// that finds world reservoirs, do not count.
     #[serde(default)]
     pub bytes_read: u64,
-    /// The number of bytes written to the buffers of frames: surfaces of pixels, reservoirs, pilots (the first BSDF rays),
-    /// light lists, world reservoirs, radiance and its sums. Writes to the table that finds world reservoirs do not count.
+    /// The number of bytes that the pass wrote to the buffers of frames: surfaces of pixels, reservoirs, pilots (the first
+    /// BSDF ray of each pixel), light lists, world reservoirs, radiance and its sums. Writes to the table that finds world
+    /// reservoirs do not count.
     #[serde(default)]
     pub bytes_written: u64,
 }
 
 impl Counts {
-    /// The fraction of lanes in use where rays are traced, in [0, 1]; `None` if no ray was traced.
+    /// The fraction of a subgroup's lanes that were in use when it traced rays, in [0, 1]; `None` if no ray was traced.
     pub fn tracing_fraction(&self) -> Option<f64> {
         fraction(self.trace_lanes)
     }
 
-    /// The fraction of lanes in use where merges evaluate target functions, in [0, 1]; `None` if there was no merge.
+    /// The fraction of a subgroup's lanes that were in use when it evaluated target functions to merge reservoirs, in [0,
+    /// 1]; `None` if nothing was merged.
     pub fn merging_fraction(&self) -> Option<f64> {
         fraction(self.merge_lanes)
     }
@@ -75,33 +78,35 @@ fn fraction([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 
-/// The sum of one counter over all passes, at most `u32::MAX`. `counter` is its index among the counters of a pass.
+/// The sum of one counter over all passes, at most `u32::MAX`. `all` has the counters of all passes, one pass after the
+/// other, and `counter` is the index of the counter within each pass.
 fn sum(all: &[u32], counter: u32) -> u32 {
     let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
     own.fold(0, |sum: u32, n| sum.saturating_add(*n))
 }
 
-/// The maximum number of passes with separate counters. Higher: more passes can be counted, in a larger buffer.
+/// The maximum number of passes with counters of their own. Higher: more passes can be counted, in a larger buffer.
 const MAX_PASSES: usize = 32;
-/// The length of the buffer of counters, in words of 32 bits.
+/// The length of the buffer with the counters of all passes, in words of 32 bits.
 const LENGTH: usize = MAX_PASSES * COUNTERS as usize;
 
-/// The counters of all passes of an integrator, in one buffer on the device.
+/// The counters of all passes of an integrator (path tracing or reservoir resampling), in one buffer on the device.
 pub struct Counters {
-    /// The buffer of counters that each pass binds: one range of `COUNTERS` words per pass.
+    /// The buffer of counters on the device, which every pass binds. Each pass has one range of `COUNTERS` words in it.
     pub buffer: Buffer,
     device: Arc<Device>,
-    /// The names of the passes, in the order of their ranges in the buffer.
+    /// The names of the passes that have a range in the buffer, in the order of the ranges.
     passes: RefCell<Vec<String>>,
     counting: bool,
-    /// The values of all counters at the last call of [`Self::since_last`]. Counters are not reset by that call and may wrap
-    /// around, so only differences are used.
+    /// The values of all counters at the last call of [`Self::since_last`]. That call does not reset the counters, and they
+    /// may wrap around, so only differences between two readings are used.
     seen: Vec<u32>,
 }
 
 impl Counters {
-    /// Makes the counters of an integrator, all 0. With `counting`, passes also count rays, lanes, neighbours and bytes,
-    /// which costs time; otherwise only faults (rejected values, and loops that the driver ended early).
+    /// Makes the counters of an integrator, all 0. If `counting` is true, passes count rays, lanes, neighbours and bytes,
+    /// which costs time, and faults. Otherwise they count only faults: rejected values, and loops that the driver ended
+    /// early.
     pub fn new(device: &Arc<Device>, counting: bool) -> Result<Self> {
         let mut made = Self {
             buffer: Buffer::new(device, "counters", 4 * LENGTH as u64, Usage::default())?,
@@ -114,8 +119,9 @@ impl Counters {
         Ok(made)
     }
 
-    /// Returns a copy of `specialisation` with which the pass named `pass` counts: it has the index of the first counter of
-    /// the pass, and whether the pass counts more than faults. Passes with the same name share their counters.
+    /// Reserves a range of counters for the pass named `pass`; passes with the same name share one range. Returns a copy of
+    /// the specialisation constants `specialisation`, with the index of the first counter of the range, and with the flag
+    /// that says whether the pass counts more than faults.
     ///
     /// # Errors
     /// All ranges of the buffer belong to other passes.
@@ -138,7 +144,7 @@ impl Counters {
         })
     }
 
-    /// Sets the counters of all passes to 0.
+    /// Sets the counters of all passes to 0. The next call of [`Self::since_last`] returns the counts since then.
     pub fn clear(&mut self) -> Result<()> {
         self.seen = vec![0; LENGTH];
         let mut recording = Recording::new(&self.device)?;
@@ -146,7 +152,8 @@ impl Counters {
         recording.finish().map(drop)
     }
 
-    /// The counts of each pass since the last call, in the order in which the passes were made. Empty if `counting` is off.
+    /// The counts of each pass since the last call of this method or of [`Self::clear`], one entry per pass, in the order in
+    /// which the passes were made. Empty if the counters were made with `counting` = false.
     pub fn since_last(&mut self) -> Result<Vec<Counts>> {
         if !self.counting {
             return Ok(Vec::new());
@@ -182,8 +189,8 @@ impl Counters {
         Ok(counts.collect())
     }
 
-    /// The number of values that shaders rejected (such as NaN or infinity) since the counters were cleared, over all
-    /// passes.
+    /// The number of values that shaders replaced by 0 since the counters were cleared, over all passes. They reject
+    /// radiance and weights that are NaN, negative or too large; such a value is a fault of a shader.
     ///
     /// # Errors
     /// The errors of [`Self::assert_whole`].
@@ -193,8 +200,8 @@ impl Counters {
         Ok(sum(&all, COUNTER_REJECTED))
     }
 
-    /// Checks that the driver has ended no loop early since the counters were cleared. Pixels whose loops it ends are too
-    /// dark.
+    /// Checks that the driver has ended no loop early since the counters were cleared. Some drivers end long loops, and the
+    /// pixels that were computed in them are then too dark.
     ///
     /// # Errors
     /// The driver has ended a loop early, or the device fails.

@@ -1,21 +1,23 @@
-//! The directional albedo of the specular lobe, from which shaders compute the energy that single scattering loses.
+//! The directional albedo of the specular lobe: the fraction of light from one direction that the lobe reflects. From it,
+//! shaders compute the energy that a model of single scattering between microfacets loses.
 
 use crate::shader_interface::{ALBEDO_CELLS, MIRROR_ROUGHNESS};
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// The number of points over which the albedo is integrated for each entry of the table. Higher: a smaller error, but the
-/// table takes longer to make; with this number, the error of an albedo is below 5e-4. (A grid with the same number of
-/// points has ten times that error, because the integrand ends in a step where the reflected direction leaves the
-/// hemisphere.)
+/// The number of points with which the integral of each entry of the albedo table is computed. Higher: a smaller error, but
+/// the table takes longer to make; with this number, the error of an albedo is below 5e-4. The points are those of a
+/// low-discrepancy sequence. A regular grid of as many points has ten times the error, because the integrand has a step: it
+/// drops to 0 where the reflected direction leaves the hemisphere.
 const POINTS: u32 = 4096;
 
-/// Directional albedo of GGX with height-correlated Smith masking under Schlick's Fresnel. The result is the part that F0
-/// scales and the part that F90 scales, each in [0, 1]. Their sum is the albedo of a lobe whose Fresnel term is 1.
+/// Directional albedo of a GGX lobe with height-correlated Smith masking and Schlick's Fresnel term. The first component of
+/// the result is the part that F0 scales, and the second is the part that F90 scales, each in [0, 1]. Their sum is the
+/// albedo of a lobe whose Fresnel term is 1.
 ///
-/// `cosine` is the cosine between the normal and the outgoing direction, in [0, 1]. `roughness` is perceptual, in [0, 1]:
-/// alpha is its square. The integral is over visible normals (Heitz 2018), where the integrand is G2/G1 × Fresnel, smooth
-/// and at most 1.
+/// `cosine` is the cosine between the normal and the outgoing direction, in [0, 1]. `roughness` is the perceptual roughness,
+/// in [0, 1]; its square is alpha. The integral is over visible normals (Heitz 2018). There the integrand is G2/G1 ×
+/// Fresnel, which is smooth and at most 1.
 pub fn specular_albedo(cosine: f64, roughness: f64) -> DVec2 {
     let alpha = (roughness * roughness).max(1e-6);
     let cosine = cosine.clamp(1e-5, 1.0);
@@ -51,9 +53,10 @@ pub fn specular_albedo(cosine: f64, roughness: f64) -> DVec2 {
     sum / f64::from(POINTS)
 }
 
-/// The table of [`specular_albedo`] that shaders look up: (ALBEDO_CELLS + 1)² nodes, one row of cosines per roughness.
-/// Roughness has equal steps over [0, 1]; cosines are squares of equal steps, because the albedo bends most at grazing
-/// angles.
+/// The table of [`specular_albedo`] that shaders look up. It has (ALBEDO_CELLS + 1)² entries: one row per roughness, and in
+/// each row one entry per cosine, both in ascending order. The roughness has equal steps over [0, 1], but at least
+/// `MIRROR_ROUGHNESS`. The cosines are the squares of equal steps, so that more of them are at grazing angles, where the
+/// albedo bends most.
 pub fn albedo_table() -> Vec<[f32; 2]> {
     let side = ALBEDO_CELLS + 1;
     (0..side * side)

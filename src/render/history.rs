@@ -1,18 +1,20 @@
-//! A resource with two copies: one that this frame writes, and one that holds the data of the previous frame.
+//! A resource with two copies that exchange their roles: one that this frame writes, and one with the data of the previous
+//! frame.
 
 use std::cell::Cell;
 
-/// A resource, such as a buffer, in one or two copies. The current copy belongs to this frame; the second copy, if there is
-/// one, keeps the data of the previous frame.
+/// A resource, such as a buffer, in one or two copies. The current copy belongs to this frame. If there is a second copy, it
+/// stores the data of the previous frame; [`Self::advance`] exchanges the roles of the copies.
 pub struct History<T> {
     copies: Vec<T>,
     current: Cell<usize>,
-    /// The number of calls of [`Self::advance`] since the last reset. After the second call, the spare copy holds data.
+    /// The number of calls of [`Self::advance`] since the last reset. From the second call on, the copy that is not current
+    /// contains data.
     advances: Cell<usize>,
 }
 
 impl<T> History<T> {
-    /// A resource that consists of `copies`: one copy without history, or two copies with history.
+    /// Makes a resource of the given copies: one copy if no frame reads the data of the previous one, otherwise two.
     pub fn new(copies: Vec<T>) -> Self {
         debug_assert!(matches!(copies.len(), 1 | 2));
         Self {
@@ -22,37 +24,39 @@ impl<T> History<T> {
         }
     }
 
-    /// The copy that the passes of this frame write.
+    /// The copy that belongs to this frame. The passes of the frame write it.
     pub fn current(&self) -> &T {
         &self.copies[self.current.get()]
     }
 
     /// The copy that was current before the last call of [`Self::advance`]. `None` if there is only one copy, and before the
-    /// second call after a reset, because the copy holds no data until then.
+    /// second call after a reset, because that copy contains no data until then.
     pub fn previous(&self) -> Option<&T> {
         (self.copies.len() == 2 && self.advances.get() > 1).then(|| self.spare())
     }
 
-    /// The copy that is not current; with one copy, it is the current one. It holds the data of the previous frame, until a
-    /// pass replaces them by what it makes from the current copy.
+    /// The copy that is not current. If there is only one copy, it is this one. At the start of a frame, the spare copy
+    /// contains the data of the previous frame. A pass that no longer needs this data may read the current copy and write
+    /// its output to the spare one; [`Self::advance`] then makes this output current.
     pub fn spare(&self) -> &T {
         &self.copies[(self.current.get() + 1) % self.copies.len()]
     }
 
-    /// Makes the spare copy the current one. This happens at the start of a frame, and after a pass that wrote the spare
-    /// copy.
+    /// Makes the spare copy the current one. It is called at the start of each frame, and after each pass that wrote its
+    /// output to the spare copy. If there is only one copy, it stays current.
     pub fn advance(&self) {
         self.current
             .set((self.current.get() + 1) % self.copies.len());
         self.advances.set(self.advances.get() + 1);
     }
 
-    /// Forgets the previous frame: [`Self::previous`] returns `None` until the second call of [`Self::advance`].
+    /// Forgets the data of the previous frame, for a restart: [`Self::previous`] returns `None` until the second call of
+    /// [`Self::advance`].
     pub fn reset(&self) {
         self.advances.set(0);
     }
 
-    /// All copies, in a fixed order that does not depend on the frame; for clearing them and adding up their memory.
+    /// All copies, in an order that is the same in all frames. Callers clear the copies and add up their sizes.
     pub fn all(&self) -> &[T] {
         &self.copies
     }

@@ -1,4 +1,4 @@
-//! Direct and indirect light: the two kinds of light that resampling computes with separate passes and reservoirs.
+//! Direct and indirect light: the two kinds of light, for which resampling has separate passes and reservoirs.
 
 /// The kind of light that a pass or a reservoir belongs to: scattered once (direct) or at least twice (indirect) between
 /// emitter and camera. Resampling has separate passes and reservoirs for each kind.
@@ -10,24 +10,29 @@ pub enum Lighting {
     Indirect,
 }
 
-/// The names of the passes of direct or of indirect light, in the order in which they run. The shader of a pass is
-/// `glsl/restir/passes/NAME.comp`.
+/// The names of the passes that compute one kind of light, in the order in which the passes run. The shader of a pass is the
+/// file `glsl/restir/passes/NAME.comp`.
 pub struct PassNames {
-    /// The pass that draws the candidates of each pixel and selects one of them for the initial reservoir.
+    /// The name of the pass that draws the candidates of each pixel and selects one of them for the pixel's initial
+    /// reservoir.
     pub initial: &'static str,
-    /// The pass that merges each pixel's reservoir with the reservoir of the previous frame.
+    /// The name of the pass that merges each pixel's initial reservoir with the reservoir that the pixel's surface had in
+    /// the previous frame.
     pub temporal: &'static str,
-    /// The pass that merges each pixel's reservoir with reservoirs of neighbouring pixels; it can run several times per
-    /// frame.
+    /// The name of the pass that merges each pixel's reservoir with reservoirs of neighbouring pixels. The pass can run
+    /// several times per frame.
     pub spatial: &'static str,
-    /// The pass that adds the light of each pixel's selected sample to the picture, where no spatial pass adds it.
+    /// The name of the pass that adds the light of each pixel's selected sample to the picture. The pass does not run if the
+    /// last spatial pass adds this light.
     pub shade: &'static str,
-    /// The pass that copies the contents of reservoirs to debug AOVs (additional channels of the picture), on request.
+    /// The name of the pass that copies the contents of reservoirs to AOVs (additional channels of the picture) for
+    /// debugging. The pass runs only when these AOVs are read.
     pub aovs: &'static str,
 }
 
 impl Lighting {
-    /// The names of the passes that compute this kind of light.
+    /// The names of the passes that compute this kind of light. The pass `initial_direct`, for example, draws the candidates
+    /// of direct light.
     pub const fn passes(self) -> PassNames {
         match self {
             Self::Direct => PassNames {
@@ -47,7 +52,7 @@ impl Lighting {
         }
     }
 
-    /// The name of this kind of light in channels of pictures and in messages: `direct` or `indirect`.
+    /// The name of this kind of light in names of picture channels and in messages: `direct` or `indirect`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Direct => "direct",

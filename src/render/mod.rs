@@ -1,5 +1,5 @@
-//! Rendering: settings and presets, the frame as a list of passes, the integrators that own the passes, and
-//! the outputs besides the picture.
+//! Rendering: settings and presets, the passes of a frame, the integrators (path tracing and resampling) that make and run
+//! these passes, and the outputs, such as the picture and its AOVs.
 
 mod builder;
 pub mod camera;

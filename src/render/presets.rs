@@ -1,4 +1,5 @@
-//! Presets: named TOML files with the settings that differ from the defaults, compiled into the program.
+//! Presets: named TOML files, compiled into the program. Each contains the settings in which the preset differs from the
+//! defaults.
 
 use super::settings::Settings;
 use crate::base::nearest::nearest;
@@ -11,13 +12,13 @@ use std::sync::LazyLock;
 /// A named set of changes to the default settings; the option `--preset NAME` selects it.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
-    /// The name of the preset, as `--preset` takes it.
+    /// The name of the preset, as the user writes it after `--preset`.
     pub name: &'static str,
     /// The content of the preset's TOML file. Its leading comment describes the purpose of the preset.
     pub text: &'static str,
 }
 
-/// All presets of this build, in the order in which `headwater presets` lists them.
+/// All presets of this build, in the order in which the command `headwater presets` lists them.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "path-tracing",
@@ -41,7 +42,7 @@ pub const PRESETS: &[Preset] = &[
     },
 ];
 
-/// The name of the preset that commands use if `--preset` is not given.
+/// The name of the preset that commands and [`RendererBuilder`](super::RendererBuilder) use if the user selects none.
 pub const DEFAULT: &str = "balanced";
 
 impl Preset {
@@ -60,7 +61,8 @@ impl Preset {
         })
     }
 
-    /// The purpose of the preset as one line of text: the leading comment of its file.
+    /// The purpose of the preset, as one line of text: the lines of the comment at the beginning of its TOML file, joined by
+    /// spaces.
     pub fn purpose(&self) -> String {
         self.text
             .lines()
@@ -69,7 +71,7 @@ impl Preset {
             .join(" ")
     }
 
-    /// The default settings with the changes of this preset.
+    /// The complete settings of the preset: the default settings with the preset's changes.
     ///
     /// # Errors
     /// The text of the preset is not valid TOML, or has an unknown key or a value out of range. A test checks that all

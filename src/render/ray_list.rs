@@ -1,5 +1,5 @@
-//! A tracer of lists of rays. The light BVH uses it to limit its boxes of influence (the boxes within which lights are
-//! found). Tests and benchmarks use it to compare ray tracers.
+//! A tracer of lists of rays on the device. The light BVH uses it to limit its boxes of influence (the boxes within which
+//! lights are found). Tests and benchmarks use it to compare methods of tracing rays.
 
 use super::counters::Counters;
 use crate::Result;
@@ -9,7 +9,7 @@ use crate::shader_interface::{RAYS_PER_GROUP, RayBatch, RayHit, RayQuery};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `trace_rays`, which traces each ray of a list.
+    /// Bindings of the pass `trace_rays`, which traces each ray of a list and writes its hit.
     pub struct TraceRays {
         [offers scene: GpuScene]
         read rays,
@@ -18,7 +18,8 @@ crate::bindings! {
     }
 }
 
-/// A list of rays on the device, which can be traced repeatedly, and their hits.
+/// A list of rays on the device, the pass that traces them, and the buffer of their hits. The same list can be traced
+/// repeatedly, for measurements of time.
 pub struct RayTracer {
     scene: Arc<GpuScene>,
     pass: ComputePass,
@@ -30,7 +31,8 @@ pub struct RayTracer {
 }
 
 impl RayTracer {
-    /// Uploads `rays`. Their origins are in scene units, relative to the point of the world that `scene` has at zero.
+    /// Uploads `rays`, and makes the pass that traces them against `scene`. Origins and directions of rays are in scene
+    /// units. Origins are relative to the point of the world that is at zero on the device, `scene.units.origin`.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or the shader's interface cannot be bound by name.
@@ -58,7 +60,8 @@ impl RayTracer {
         })
     }
 
-    /// Traces each ray of the list once, and returns the time of the pass. [`Self::answers`] then returns the hits.
+    /// Traces each ray of the list once, waits for the device, and returns the time that the pass took. [`Self::answers`]
+    /// then returns the hits.
     pub fn run(&self) -> Result<Vec<PassTime>> {
         let bindings = TraceRays {
             scene: &self.scene,
@@ -76,8 +79,8 @@ impl RayTracer {
         recording.finish()
     }
 
-    /// The hits of the last run, one per ray, in the order of the rays. Ray parameters count in lengths of the ray's
-    /// direction.
+    /// Reads the hits of the last call of [`Self::run`], one per ray, in the order of the rays. The ray parameter of a hit
+    /// is its distance from the ray's origin, divided by the length of the ray's direction.
     pub fn answers(&self) -> Result<Vec<RayHit>> {
         self.answers.read(self.count)
     }

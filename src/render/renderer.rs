@@ -28,7 +28,8 @@ use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// The renderer of one view of a scene. It sums up the samples of all calls for each pixel.
+/// The renderer of one view of a scene. It renders single frames, or adds samples to one sum per pixel, over all calls of
+/// [`Self::add_samples`].
 pub struct Renderer {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -38,12 +39,12 @@ pub struct Renderer {
     primary_surfaces: Option<PrimarySurfaces>,
     /// The time and the camera of the next frame.
     next: Moment,
-    /// The time and the camera of the last frame, then those of the frame before it; `None` for frames that were not
-    /// rendered.
+    /// The time and the camera of the last frame, then those of the frame before it, since the last restart. `None` for a
+    /// frame that does not exist. Motion vectors follow from the difference.
     shown: [Option<Moment>; 2],
 }
 
-/// A time in the scene, and the camera that shows the scene at that time.
+/// A time in the scene, and the camera of the frame that shows the scene at that time.
 #[derive(Clone, Copy)]
 struct Moment {
     /// The time in the scene, in seconds.
@@ -52,8 +53,8 @@ struct Moment {
 }
 
 impl Renderer {
-    /// Makes a renderer with the passes and buffers that `settings` need. Decisions that they leave to the scene, such as
-    /// `candidates=auto`, are made first.
+    /// Makes a renderer with the passes and buffers that `settings` need. Settings that depend on the scene, such as
+    /// `candidates=auto`, are decided first.
     ///
     /// # Errors
     /// The picture is too large, or a buffer exceeds a limit or the free memory of the device. A shader that the driver
@@ -68,8 +69,8 @@ impl Renderer {
         Self::tracking(device, scene, view, &settings, Tracking::default())
     }
 
-    /// As [`Self::new`], with the data that `tracking` selects besides the picture. `settings` are resolved for this scene
-    /// and the bounces of `view`.
+    /// As [`Self::new`], for settings that are decided already, for this scene and for the bounces of `view`. The renderer
+    /// also collects the data that `tracking` selects, such as the number of rays.
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -140,7 +141,8 @@ impl Renderer {
         })
     }
 
-    /// The name and the size in bytes of the light BVH's buffer; `None` if no candidates are drawn from a light BVH.
+    /// The name and the size in bytes of the light BVH's buffer, for reports of memory; `None` if no candidates are drawn
+    /// from a light BVH (a tree of lights).
     pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
         self.bindings.light_bvh_memory()
     }
@@ -151,7 +153,8 @@ impl Renderer {
         self.next.time = seconds;
     }
 
-    /// Sets the camera of the next frames and samples, for example to [`crate::scene::Scene::camera_at`].
+    /// Sets the camera of the next frames and samples, for example to the camera that [`crate::scene::Scene::camera_at`]
+    /// returns.
     pub fn set_camera(&mut self, camera: &Camera) {
         let ViewConstants { width, height, .. } = self.constants.view;
         let units = &self.bindings.scene.units;
@@ -171,8 +174,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Moves the scene to its pose at the time of the next frame, and records that moment as shown. Returns the camera of
-    /// the frame.
+    /// Poses the scene at the time of the next frame; shaders also see it as it was at the time of the last frame. Stores
+    /// the time and the camera of the next frame as those of the last one. Returns the camera.
     fn begin(&mut self) -> Result<GpuCamera> {
         let next = self.next;
         let before = self.shown[0].unwrap_or(next);
@@ -181,19 +184,21 @@ impl Renderer {
         Ok(next.camera)
     }
 
-    /// True if a frame depends on the frames before it, as with reuse over time.
+    /// True if a frame depends on the frames before it, as with reuse over time. Then no frame can be left out, and a run
+    /// cannot be continued from its sums.
     pub fn has_history(&self) -> bool {
         self.integrator.has_history()
     }
 
-    /// Adds `samples` samples per pixel to the sums, with indices from `first` on. With resampling, each sample is a frame.
-    /// Returns the time of each pass in the last call of the integrator: for resampling, in the last frame.
+    /// Adds `samples` samples per pixel to the sums. They have the indices `first`, `first` + 1 and so on, from which their
+    /// random numbers follow. With resampling, each sample is a frame, and the result is the time of each pass in the last
+    /// frame. With path tracing, the result is the time of the pass over all samples of the call.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
         self.add_samples_watched(first, samples, &mut |_| Ok(()))
     }
 
-    /// As [`Self::add_samples`]; `watch` is called repeatedly with the fraction of the work that is done, in [0, 1]. If it
-    /// returns an error, the work ends, and pixels then may differ in their number of samples.
+    /// As [`Self::add_samples`]; it also calls `watch` repeatedly with the fraction of the work that is done, in [0, 1]. If
+    /// `watch` returns an error, the work ends, and pixels may then differ in their number of samples.
     ///
     /// # Errors
     /// The errors of [`Self::add_samples`] and of `watch`.
@@ -220,9 +225,9 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Renders the frame with the index `index` only as the history of later frames, without adding it to the sums of
-    /// radiance. If frames do not depend on each other, it only moves the scene, so that the next frame has motion vectors,
-    /// and returns no times.
+    /// Renders the frame with the index `index` only as history for later frames; its radiance is not added to the sums. If
+    /// frames do not depend on each other, it renders nothing and returns no times. It then only poses the scene, so that
+    /// the motion vectors of the next frame are right.
     pub fn skip_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         if !self.integrator.has_history() {
@@ -231,8 +236,8 @@ impl Renderer {
         self.integrator.render(index, camera, &mut self.sums)
     }
 
-    /// The bytes per pixel on the device that the integrator keeps from frame to frame or from pass to pass, over all its
-    /// buffers; 0 for path tracing, which keeps only its sums.
+    /// The size in bytes, divided by the number of pixels, of all buffers in which the integrator stores data between passes
+    /// or between frames. The buffers of the scene and of the sums do not count, so the result is 0 for path tracing.
     pub fn bytes_per_pixel(&self) -> f64 {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.bytes() as f64 / (f64::from(width) * f64::from(height))
@@ -246,23 +251,25 @@ impl Renderer {
         self.integrator.restart(seed)
     }
 
-    /// Submits the frame with the index `index` without waiting for it, and returns `None`; [`Device::wait_for_running`]
-    /// waits and returns the times of its passes. With path tracing, this method waits and returns the times itself.
+    /// Submits the frame with the index `index`, as [`Self::single_frame`] renders it, without waiting for the device.
+    /// Returns `None`; [`Device::wait_for_running`] then waits, and returns the times of the frame's passes. With path
+    /// tracing, this method waits, and returns the times itself.
     pub fn submit_frame(&mut self, index: u32) -> Result<Option<Vec<PassTime>>> {
         let camera = self.begin()?;
         self.integrator.submit(index, camera, &mut self.sums)
     }
 
-    /// Renders the frame with the index `index` without adding it to earlier samples; [`Self::frame_radiance`] then reads
-    /// it. With path tracing, it replaces the accumulated sums. Returns the time of each run of a pass.
+    /// Renders the frame with the index `index`. [`Self::frame_radiance`] then reads its radiance, which is not added to the
+    /// sums. With path tracing, the sums are first set to zero, and then contain this frame alone. Returns the time of each
+    /// run of a pass.
     pub fn single_frame(&mut self, index: u32) -> Result<Vec<PassTime>> {
         let camera = self.begin()?;
         self.integrator.render(index, camera, &mut self.sums)
     }
 
-    /// Replaces the accumulated sums of radiance by the radiance of the last single frame, so that [`Self::sums`] returns
-    /// this one sample. It is called after the last [`Self::single_frame`] of a run. With path tracing, the sums hold the
-    /// sample already.
+    /// Replaces the sums of radiance by the radiance of the last single frame, so that [`Self::sums`] returns this one
+    /// sample. It must be called after [`Self::single_frame`]. With path tracing, it does nothing, because the sums contain
+    /// the frame already.
     pub fn keep_single_frame(&mut self) -> Result<()> {
         // Without a picture of its own it is there already, alone.
         if let Some(color) = self.integrator.color() {
@@ -272,8 +279,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// The location on the device of the last frame's radiance. With path tracing, it is that of the sums of all samples, in
-    /// one part per strip of the picture.
+    /// The location on the device of the last frame's radiance. With path tracing, it is the location of the sums over all
+    /// samples, in one part per strip of the picture (group of whole rows).
     fn radiance(&self) -> Vec<Radiance<'_>> {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.color().map_or_else(
@@ -290,7 +297,8 @@ impl Renderer {
         )
     }
 
-    /// Makes a pass, with its buffer, that turns the radiance of this renderer into the picture that a display shows.
+    /// Makes the pass and the buffer with which [`Self::show`] converts the radiance of this renderer to the picture that a
+    /// display shows.
     ///
     /// # Errors
     /// The buffer exceeds a limit or the free memory of the device.
@@ -300,14 +308,16 @@ impl Renderer {
         Display::new(&self.device, &self.bindings, pixels)
     }
 
-    /// Writes the last frame, or the mean of the samples of path tracing, to `display`: radiance × 2^`exposure`,
-    /// tone-mapped. If `begins_with_blue` is true, blue is in the least significant byte of a pixel, otherwise red.
+    /// Writes the last frame to the buffer of `display`; with path tracing, the mean of all samples. The values are radiance
+    /// × 2^`exposure`, tone-mapped. If `begins_with_blue` is true, blue is in the least significant byte of a pixel,
+    /// otherwise red.
     pub fn show(&self, display: &Display, exposure: f32, begins_with_blue: bool) -> Result<()> {
         let unit = self.bindings.scene.units.radiance * f64::from(exposure).exp2();
         display.map(&self.radiance(), unit, begins_with_blue)
     }
 
-    /// The RGB radiance of the last single frame, one entry per pixel, row by row from the top, in the scene's unit.
+    /// Reads the RGB radiance of the last single frame: one entry per pixel, row by row from the top, in the scene's unit of
+    /// radiance.
     pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
         let unit = self.bindings.scene.units.radiance;
         let mut pixels = Vec::new();
@@ -318,8 +328,8 @@ impl Renderer {
         Ok(pixels)
     }
 
-    /// The surfaces that the rays through the pixels' centres hit in the last frame, one per pixel, row by row from the top.
-    /// Depths are in scene units.
+    /// Finds the surfaces that the rays through the pixels' centres hit in the last frame, one per pixel, row by row from
+    /// the top. Depths are in scene units. This call traces these rays, separately from the rays of the picture.
     pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {
         let primary_surfaces = match self.primary_surfaces.take() {
             Some(made) => made,
@@ -341,7 +351,7 @@ impl Renderer {
     }
 
     /// The contents of the last frame's reservoirs of direct or of indirect light, one entry per pixel, row by row from the
-    /// top.
+    /// top. Contribution weights that have the unit of an area are in squared scene units.
     ///
     /// # Errors
     /// The integrator is path tracing, which has no reservoirs, or the device fails.
@@ -358,8 +368,8 @@ impl Renderer {
         Ok(reservoirs)
     }
 
-    /// Reads the sums of the samples of all pixels. They are empty if no sample was added yet, except for path tracing,
-    /// whose sums are zeros.
+    /// Reads the sums over samples of the radiance of all pixels. They are empty if no sample was added yet, except for path
+    /// tracing, whose sums are then zeros.
     pub fn sums(&self) -> Result<Sums> {
         Ok(Sums {
             pixels: self.sums.read()?,
@@ -367,8 +377,8 @@ impl Renderer {
         })
     }
 
-    /// Replaces the sums of all pixels by `sums`, the sums of `samples` samples from an earlier run of the same scene: one
-    /// entry per pixel, row by row from the top.
+    /// Continues an earlier run of the same scene: replaces the sums of all pixels by `sums`, which contain `samples`
+    /// samples per pixel. There is one entry per pixel, row by row from the top.
     ///
     /// # Errors
     /// Frames depend on a history that sums do not hold, `sums` has fewer entries than there are pixels, or the device
@@ -382,13 +392,15 @@ impl Renderer {
         self.sums.write(sums, samples)
     }
 
-    /// The counts of each pass since the last call; empty unless [`Tracking::counts`] is true.
+    /// The counts of each pass, such as its number of rays, since the last call or the last restart. Empty unless
+    /// [`Tracking::counts`] is true.
     pub fn counts(&mut self) -> Result<Vec<Counts>> {
         self.integrator.counters().since_last()
     }
 
-    /// The number of values that shaders rejected so far because they were NaN, negative or larger than
-    /// [`crate::shader_interface::MAX_RADIANCE`].
+    /// The number of values that shaders replaced by 0 since the renderer was made or restarted. These are radiances that
+    /// were NaN, negative or larger than [`crate::shader_interface::MAX_RADIANCE`], and weights of reservoirs that were NaN,
+    /// negative or infinite.
     ///
     /// # Errors
     /// The device fails, or its driver ended loops early.

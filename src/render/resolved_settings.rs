@@ -1,5 +1,5 @@
-//! Settings in which the decisions that depend on the scene are made: the light candidates with `candidates=auto`, and
-//! whether there are world reservoirs.
+//! Settings in which everything is decided that depends on the scene: the light candidates with `candidates=auto`, and
+//! whether there are world reservoirs (the reservoirs of path vertices).
 
 use super::light_samplers::SamplerSettings;
 use super::lighting::Lighting;
@@ -17,12 +17,12 @@ use std::ops::Deref;
 /// power often find the lights that matter at the pixel, and walks through the tree would cost time without benefit.
 const MANY_LIGHTS: usize = 64;
 
-/// The settings for one scene and one limit of bounces. Every decision that depends on the scene is made in them, such as
-/// that of `candidates=auto`. Passes are made from these settings.
+/// The settings for one scene and one maximum number of bounces. Choices that the user leaves to the scene, such as
+/// `candidates=auto`, are replaced by definite values. The passes and buffers of a renderer are made from these settings.
 #[derive(Clone, Debug)]
 pub struct ResolvedSettings {
     settings: Settings,
-    /// The maximum number of scattering events of a path.
+    /// The maximum number of scattering events of a path, which decides whether there is direct and indirect light.
     bounces: u32,
 }
 
@@ -88,23 +88,24 @@ impl ResolvedSettings {
         }
     }
 
-    /// True if resampling computes this kind of light.
+    /// True if resampling renders this kind of light: the settings do not switch it off, and the maximum number of bounces
+    /// is large enough for it. Whether `integrator` selects resampling is not considered.
     pub fn renders(&self, lighting: Lighting) -> bool {
         self.settings.renders(lighting, self.bounces)
     }
 
-    /// The options with which the light BVH is built; `None` if no candidates are drawn from it.
+    /// The options with which the light BVH (a tree of lights) is built; `None` if no candidates are drawn from it.
     pub fn light_bvh_options(&self) -> Option<LightBvhOptions> {
         self.settings.light_bvh_options(self.bounces)
     }
 
-    /// The settings of the light BVH if tiles of pixels draw light lists from it for direct light; otherwise `None`.
+    /// The settings of the light BVH if tiles of pixels draw lists of lights from it for direct light; otherwise `None`.
     pub fn light_lists(&self) -> Option<&LightBvhSettings> {
         self.has_light_lists().then_some(&self.light_bvh)
     }
 
-    /// The settings of the light samplers from which pixels draw candidates of direct light; `None` if direct light is not
-    /// rendered.
+    /// The settings from which light samplers (the methods that draw lights for candidates of direct light) make their
+    /// buffers; `None` if direct light is not rendered.
     pub fn light_samplers(&self) -> Option<SamplerSettings<'_>> {
         self.renders(Lighting::Direct).then(|| SamplerSettings {
             light_lists: self.light_lists(),
@@ -114,8 +115,8 @@ impl ResolvedSettings {
         })
     }
 
-    /// The number of world reservoirs and the size of their table, for a picture with `slots` slots for pixels (the pixels,
-    /// padded to whole tiles).
+    /// The number of world reservoirs (the reservoirs of path vertices) and the size of the table that finds them. `slots`
+    /// is the number of pixels, padded to whole tiles.
     pub fn world_size(&self, slots: u64) -> WorldSize {
         let is_used =
             self.world_reservoirs() != WorldReservoirs::None && self.renders(Lighting::Indirect);
@@ -124,8 +125,8 @@ impl ResolvedSettings {
 }
 
 /// The number of lights, and the number of emitter groups that they form (triangles with common corners form one group).
-/// Distant lights do not count, since the light BVH does not contain them and every vertex finds them. With
-/// `sets_rare_apart`, rare lights (the dimmest ones) do not count, because reservoirs do not hold them. `groups` has the
+/// Infinitely distant lights do not count, since the light BVH does not contain them. If `sets_rare_apart` is true, rare
+/// lights (the dimmest ones) do not count either, because they have separate candidates. `groups` lists the index of the
 /// group of each emissive triangle.
 fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
@@ -137,8 +138,8 @@ fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usiz
     (own.len() + others, emitter_groups.len() + others)
 }
 
-/// The candidates that `auto` selects for these numbers of lights and of emitter groups, with the reason as text for the
-/// log.
+/// The light candidates that `auto` selects for these numbers of lights and of emitter groups, with the reason as text for
+/// the log.
 fn fitting(lights: usize, emitter_groups: usize) -> (Candidates, String) {
     if lights < MANY_LIGHTS {
         let reason =

@@ -1,4 +1,5 @@
-//! The resources that every pass may bind besides its own buffers: the scene, the light BVH, and a table for materials.
+//! The resources that every pass may bind besides its own buffers: the scene, the light BVH (a tree of lights), and a table
+//! of the energy that specular lobes reflect.
 
 use super::energy;
 use crate::Result;
@@ -7,29 +8,30 @@ use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
 use crate::shader_interface::{Specialisation, Variant};
 use std::sync::Arc;
 
-/// A buffer that is computed from the scene, such as the light BVH. Every pass may bind it, and it is updated when the scene
-/// moves.
+/// A buffer that is computed from the scene, such as the light BVH (a tree of lights). Every pass may bind it. It is updated
+/// when the scene moves to another time.
 pub trait SceneResource: Send + Sync {
-    /// The name of the binding and the buffer, in the form in which shaders of `variant` read it (as texels or as storage).
+    /// The name of the binding in the shaders, and the buffer. The buffer is in the form that shaders of `variant` read: as
+    /// texels, or as a storage buffer.
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>);
 
-    /// The name and the size in bytes of the buffer; `None` if it is empty.
+    /// The name and the size in bytes of the buffer, for reports of memory; `None` if the buffer is empty.
     fn memory(&self) -> Option<(&'static str, u64)>;
 
-    /// Updates the buffer to the current pose of `scene`.
+    /// Writes the buffer again for the current pose of `scene`, unless it was already computed for the time of this pose.
     ///
     /// # Errors
     /// The device fails, or an earlier update failed in another thread.
     fn follow(&self, scene: &GpuScene) -> Result<()>;
 }
 
-/// The resources that every pass may bind, and the specialisation constants that scene and settings decide. All passes of a
-/// renderer are made from it.
+/// The resources that every pass may bind, and the specialisation constants that follow from scene and settings. All passes
+/// of a renderer are made with them.
 pub struct SceneBindings {
-    /// The scene on the device.
+    /// The scene on the device: its buffers, which passes bind, and its units of length and radiance.
     pub scene: Arc<GpuScene>,
-    /// The specialisation constants that follow from the scene and from the settings `energy` and `variant`. Integrators set
-    /// the other constants in a copy.
+    /// The specialisation constants that follow from the scene and from the settings `energy` and `variant`. All other
+    /// constants have their defaults; integrators copy this value and set them.
     pub specialisation: Specialisation,
     specular_albedo: Buffer,
     light_bvh: Box<dyn SceneResource>,
@@ -37,8 +39,9 @@ pub struct SceneBindings {
 }
 
 impl SceneBindings {
-    /// Collects the resources and constants from which the passes of a renderer are made. If shaders compensate the energy
-    /// that single scattering loses, it also makes the table of specular albedos that they read.
+    /// Collects the resources and constants with which the passes of a renderer are made. If `energy_compensated` is true in
+    /// `specialisation`, it also computes the table of specular albedos, from which shaders find the energy that the
+    /// specular lobe loses. Otherwise the table is empty.
     ///
     /// # Errors
     /// The table exceeds a limit or the free memory of the device.
@@ -62,7 +65,8 @@ impl SceneBindings {
         })
     }
 
-    /// Makes the compute pass `NAME.comp` for this scene, with the constants of `specialisation`.
+    /// Makes the compute pass from the shader with the name `name` (the file `name.comp`), for this scene and with the
+    /// constants of `specialisation`.
     ///
     /// # Errors
     /// The shader's interface cannot be bound by name.
@@ -71,7 +75,7 @@ impl SceneBindings {
         self.scene.pass(&self.device, name, &constants)
     }
 
-    /// All resources that a pass may bind, each with the name of its binding in the shaders.
+    /// All resources that a pass may bind besides its own buffers, each with the name of its binding in the shaders.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = self.scene.resources();
         resources.push(("specular_albedo", Resource::Read(&self.specular_albedo)));
@@ -79,8 +83,8 @@ impl SceneBindings {
         resources
     }
 
-    /// Moves the scene to its pose at the time `now`. Passes that use the previous frame see it in its pose at the time
-    /// `before`. Both times are in seconds.
+    /// Moves the scene to its pose at the time `now`. Passes that read the previous frame see the scene in its pose at the
+    /// time `before`. Both times are in seconds.
     ///
     /// # Errors
     /// At one of the times an instance is too far away to be rendered, or the device fails.
@@ -89,7 +93,8 @@ impl SceneBindings {
         self.light_bvh.follow(&self.scene)
     }
 
-    /// The name and the size in bytes of the light BVH's buffer; `None` if no candidates are drawn from a light BVH.
+    /// The name and the size in bytes of the light BVH's buffer, for reports of memory; `None` if no candidates are drawn
+    /// from a light BVH (a tree of lights).
     pub fn light_bvh_memory(&self) -> Option<(&'static str, u64)> {
         self.light_bvh.memory()
     }

@@ -1,22 +1,23 @@
-//! A picture in strips of whole rows, with a separate buffer for each strip. A device binds a limited number of bytes at
-//! once (128 MiB in lavapipe), and the driver of a GPU that also drives a display may abort a submission that takes too
-//! long.
+//! A picture that is cut into strips of whole rows, each with a separate buffer. Strips are needed because a device can bind
+//! only a limited number of bytes at once (128 MiB in lavapipe). Also, the driver of a GPU that drives a display may abort a
+//! submission that takes too long.
 
 use crate::gpu::{Buffer, Device, Usage};
 use crate::shader_interface::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The maximum number of pixels in a strip, which is one submission: about one second of path tracing with a software driver
-/// on two CPU cores. A higher limit means fewer submissions, but the driver of a GPU that also drives a display may abort a
-/// submission that takes too long.
+/// The maximum number of pixels in a strip. Each strip is one submission, which takes about one second of path tracing with
+/// a software driver on two CPU cores. Higher: fewer submissions, but the driver of a GPU that also drives a display may
+/// abort a submission that takes too long.
 const MAX_PIXELS: u64 = 1 << 20;
 
 /// The maximum width or height of a picture in pixels: Vulkan guarantees 65,535 workgroups along an axis, and a workgroup
 /// covers a tile of `TILE` × `TILE` pixels.
 const MAX_SIDE: u32 = 65_535 * TILE;
 
-/// Checks that a side of `pixels` pixels has no more tiles than every device can dispatch along an axis.
+/// Checks that a picture with a side of `pixels` pixels has no more tiles along this side than every Vulkan device can
+/// dispatch. `how` is the word for the side in the message: `wide` or `high`.
 ///
 /// # Errors
 /// The side is too long; `how` (wide or high) names the side in the message.
@@ -29,8 +30,8 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
     Ok(())
 }
 
-/// Cuts a picture into strips of whole tiles, from top to bottom. With `bytes_a_pixel` bytes per pixel, each strip has at
-/// most `most_bytes` bytes.
+/// Cuts a picture of `width` × `height` pixels into strips, from top to bottom. The height of a strip is a multiple of
+/// `TILE` rows, except for the last one. Each strip has at most `most_bytes` bytes, with `bytes_a_pixel` bytes per pixel.
 ///
 /// # Errors
 /// One row of tiles has more than `most_bytes` bytes, or more tiles than every device can dispatch along an axis.
@@ -55,8 +56,8 @@ fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Resul
         .collect())
 }
 
-/// Makes the strips of a picture from top to bottom, each with a buffer of one `T` per pixel. `name` is the name of the
-/// buffers.
+/// Cuts a picture into strips, from top to bottom, and makes a buffer for each strip, with space for one `T` per pixel.
+/// `name` is the name of all these buffers.
 ///
 /// # Errors
 /// The errors of `cut`, or the device has too little free memory.
@@ -75,8 +76,8 @@ pub(super) fn strips_of<T>(
         .collect()
 }
 
-/// The strips of a picture from top to bottom, each so short that the device can bind a buffer of one `T` per pixel. `name`
-/// is the name of the buffers in messages.
+/// Cuts a picture into strips, from top to bottom, so that the device can bind a buffer with one `T` for each pixel of a
+/// strip. No buffers are made; `name` describes them in messages.
 ///
 /// # Errors
 /// All buffers together exceed the memory of the device, or the errors of `cut_to`.

@@ -1,12 +1,13 @@
-//! The data besides the picture that a renderer collects, at a cost in time or memory.
+//! The data that a renderer collects besides the picture, on request. Collecting them costs time or memory.
 
-/// The data besides the picture that a renderer collects, at a cost in time or memory. By default, it collects none.
+/// Selects the data that a renderer collects besides the picture. Collecting them costs time or memory, so by default
+/// nothing is selected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tracking {
-    /// True if passes count rays, lanes, neighbours and bytes, which [`Renderer::counts`](super::Renderer::counts) returns.
-    /// This costs time.
+    /// True if passes count their rays, the lanes of subgroups in use, merged neighbours, and bytes read and written.
+    /// [`Renderer::counts`](super::Renderer::counts) returns these counts. Counting costs time.
     pub counts: bool,
-    /// True if reservoirs store the origins of their samples and the numbers of merged neighbours, which
-    /// [`Renderer::reservoir_aovs`](super::Renderer::reservoir_aovs) returns. This costs memory.
+    /// True if each reservoir also stores the pixel that drew its sample, and the number of neighbours that were merged into
+    /// it. [`Renderer::reservoir_aovs`](super::Renderer::reservoir_aovs) returns both. Storing them costs memory.
     pub origins: bool,
 }

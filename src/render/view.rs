@@ -1,22 +1,24 @@
-//! A view of a scene: camera, size of the picture, seed, maximum length of paths, jitter.
+//! A view of a scene: camera, size of the picture, seed, maximum length of paths, and jitter of primary rays.
 
 use crate::scene::Camera;
 
-/// A view of a scene: the camera, the size of the picture, and the limits of sampling. Settings decide the rest.
+/// A view of a scene: the camera, the size of the picture, the seed, the maximum length of paths, and the jitter of primary
+/// rays. [`Settings`](super::Settings) decide how the picture is computed.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// The camera, in the coordinates of the scene's world.
+    /// The camera of the first frame, in the world space of the scene, in scene units.
     pub camera: Camera,
     /// The width of the picture in pixels.
     pub width: u32,
     /// The height of the picture in pixels.
     pub height: u32,
-    /// The seed from which all random numbers of the run follow. Pictures with different seeds have independent noise.
+    /// The seed from which all random numbers of the renderer are computed. Pictures with different seeds have independent
+    /// noise.
     pub seed: u32,
-    /// The maximum number of scattering events of a path: 0 shows only emitters, 1 adds direct light, 2 or more add indirect
-    /// light.
+    /// The maximum number of scattering events of a path. With 0, the picture shows only emitters; with 1, direct light is
+    /// added; with 2 or more, indirect light.
     pub bounces: u32,
-    /// True if primary rays cover the whole pixel, which smooths edges over several samples; false if they pass through its
-    /// centre.
+    /// True if the primary rays of a pixel pass through different points of the pixel, so that edges become smooth over
+    /// several samples. False if all pass through the pixel's centre.
     pub jitter: bool,
 }

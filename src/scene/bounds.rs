@@ -1,29 +1,32 @@
-//! Bounding boxes of meshes, instances and scenes, and their usual size, which decides the unit of length on the device.
+//! Bounding boxes of meshes, instances and scenes, and the typical size of instances, from which the unit of length on the
+//! device is chosen.
 
 use super::{Instance, Mesh, Scene};
 use glam::{DAffine3, DVec3};
 
-/// An axis-aligned box: in world space around instances and scenes, in object space around a mesh.
+/// An axis-aligned box. A box around a mesh is in the mesh's object space; a box around instances or a scene is in world
+/// space, in scene units.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Bounds {
-    /// The smallest x, y and z of all points in the box, in scene units, or in the mesh's units around a mesh.
+    /// The smallest x, the smallest y and the smallest z of all points in the box.
     pub min: DVec3,
-    /// The largest x, y and z of all points in the box, in scene units, or in the mesh's units around a mesh.
+    /// The largest x, the largest y and the largest z of all points in the box.
     pub max: DVec3,
 }
 
 impl Bounds {
-    /// The midpoint of the box.
+    /// The midpoint of the box, in the space of the box.
     pub fn center(&self) -> DVec3 {
         self.min * 0.5 + self.max * 0.5
     }
 
-    /// The edge lengths of the box along x, y and z, in the units of the box.
+    /// The lengths of the box along x, y and z, in the units of its space.
     pub fn size(&self) -> DVec3 {
         self.max - self.min
     }
 
-    /// The eight corners of the box. Bits 0, 1 and 2 of a corner's index select the maximum of x, y, z.
+    /// The eight corners of the box. Bits 0, 1 and 2 of a corner's index, counted from 0, are set if its x, y or z is that
+    /// of [`Self::max`], otherwise of [`Self::min`].
     pub fn corners(&self) -> impl Iterator<Item = DVec3> {
         let (min, max) = (self.min, self.max);
         (0..8).map(move |i| {
@@ -35,8 +38,8 @@ impl Bounds {
         })
     }
 
-    /// The axis-aligned box around the eight corners of this box after `transform`. It can be larger than the smallest box
-    /// around the transformed contents.
+    /// The axis-aligned box around the eight corners of this box after `transform`. It contains the transformed contents of
+    /// this box, but can be larger than the smallest box around them.
     pub(super) fn placed(&self, transform: &DAffine3) -> Self {
         let corners = self
             .corners()
@@ -66,12 +69,13 @@ impl Bounds {
     }
 }
 
-/// The maximum number of vertices, over all instances, that `Scene::bounds` examines. The instances beyond it count with a
-/// looser box, because exact boxes of very many instances of large meshes would take minutes.
+/// The maximum number of vertices, summed over instances, that `Scene::bounds` examines. For instances after this limit it
+/// uses looser boxes, because exact boxes of very many instances of large meshes would take minutes.
 const MOST_VERTICES: usize = 1 << 30;
 
 /// Functions that return how far a box reaches along +X, +Y, +Z, −X, −Y and −Z: the signed distance, in scene units, from
-/// the origin to the face on that side. With them, `Scene::bounds` finds the instances that may enlarge its box.
+/// the origin to the face of the box on that side. `Scene::bounds` sorts instances by it, so that it examines only those
+/// that may enlarge the scene's box.
 const REACHES: [fn(&Bounds) -> f64; 6] = [
     |bounds| bounds.max.x,
     |bounds| bounds.max.y,
@@ -82,15 +86,15 @@ const REACHES: [fn(&Bounds) -> f64; 6] = [
 ];
 
 impl Mesh {
-    /// The smallest box around the mesh's positions, in object space; `None` for a mesh without positions.
+    /// The smallest box around the positions of the mesh, in object space; `None` for a mesh without positions.
     pub fn bounds(&self) -> Option<Bounds> {
         Bounds::of(self.positions.iter().map(|p| p.as_dvec3()))
     }
 }
 
 impl Scene {
-    /// The box around all instances, in world space; `None` if no instance has vertices. The box is tight, except where more
-    /// than 2³⁰ vertices would have to be examined.
+    /// The box around all instances, in world space; `None` if no instance has vertices. It is the smallest such box, unless
+    /// more than 2³⁰ vertices would have to be examined. Then it can be larger.
     pub fn bounds(&self) -> Option<Bounds> {
         let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         // Rounded transforms grow with each coordinate too, so no vertex comes to lie outside of the box around the corners.
@@ -118,15 +122,16 @@ impl Scene {
         bounds
     }
 
-    /// One box per instance in world space, in the order of the instances: the box around the transformed box of the
-    /// instance's mesh. These boxes are fast to compute, but not tight. Instances whose mesh has no positions are left out.
+    /// A box around each instance, in world space: the transformed box of the instance's mesh, enlarged until it is
+    /// axis-aligned. These boxes are fast to compute, but can be larger than necessary. They are in the order of the
+    /// instances; instances of meshes without positions have none.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         self.placed_boxes(&bounds)
     }
 
-    /// The same boxes as [`Scene::loose_boxes`], for callers that know the boxes of the meshes. `of_meshes` has the box of
-    /// each mesh in object space, or `None` for a mesh without positions.
+    /// Returns the same boxes as [`Scene::loose_boxes`], for callers that have already computed the boxes of the meshes.
+    /// `of_meshes` lists the box of each mesh in object space, or `None` for a mesh without positions.
     pub(super) fn placed_boxes(&self, of_meshes: &[Option<Bounds>]) -> Vec<Bounds> {
         let of_instance = |instance: &Instance| {
             Some(of_meshes[instance.mesh as usize]?.placed(&instance.object_to_world))
@@ -144,9 +149,10 @@ impl Scene {
     }
 }
 
-/// The geometric mean of the largest edges of `boxes` in scene units, approximated by a power of two; 1 if no box has an
-/// extent. It becomes the unit of length on the device. Unlike the size of the whole scene, it hardly changes with one huge
-/// instance, such as a ground of a thousand kilometres.
+/// The typical size of `boxes`, in scene units: the geometric mean of their longest edges, approximated by a power of two.
+/// Boxes without an extent do not count; if there are no others, the result is 1. It becomes the unit of length on the
+/// device. Unlike the size of the whole scene, it hardly changes if one instance is huge, such as a ground of a thousand
+/// kilometres.
 pub fn usual_size(boxes: &[Bounds]) -> f64 {
     let sizes = boxes.iter().map(|bounds| bounds.size().max_element());
     let sizes = sizes.filter(|size| *size > 0.0);
@@ -161,8 +167,8 @@ pub fn usual_size(boxes: &[Bounds]) -> f64 {
     }
 }
 
-/// The exponent e of the largest power 2ᵉ that is not above `number`, which must be positive and normal. It is taken from
-/// the number's bits, because the rounded logarithm of twice the number may not be larger by exactly 1.
+/// The exponent e of the largest power 2ᵉ that is not above `number`, which must be positive and normal. It is read from the
+/// bits of the number: a computed logarithm is rounded, so doubling the number might not increase it by exactly 1.
 pub fn exponent(number: f64) -> i64 {
     (number.to_bits() >> 52) as i64 - 1023
 }

@@ -1,16 +1,19 @@
-//! Cameras that do not come from a file: a look-at camera, and one that frames a whole scene.
+//! Cameras that do not come from a file: a camera that looks at a point, and a camera that shows a whole scene.
 
 use super::{Camera, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// The full vertical field of view of [`framing_camera`]: 40°, in radians.
+/// The field of view of [`framing_camera`], in radians (40°). It is measured vertically, from the lower to the upper edge of
+/// the picture.
 const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
-/// The factor on the smallest distance from which [`framing_camera`] sees the scene. A larger one leaves a wider margin.
+/// The distance of [`framing_camera`] from the centre of the scene, as a multiple of the smallest distance at which it shows
+/// the whole scene. Higher: a wider margin around the scene.
 const FRAMING_MARGIN: f64 = 1.05;
 
-/// A camera at `eye` that looks at `target`, with +Y up and the full vertical field of view `yfov` in radians. If it looks
-/// straight down, the top of the picture is −Z; if straight up, +Z. If `eye` equals `target`, it looks along −Z.
+/// A camera at the position `eye` that looks at the point `target`, both in world space. +Y is up; if it looks straight
+/// down, the top of the picture is −Z, and if straight up, +Z. If `eye` equals `target`, it looks along −Z. `yfov` is the
+/// full vertical field of view in radians.
 pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     Camera {
         name: String::new(),
@@ -20,8 +23,8 @@ pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     }
 }
 
-/// A camera for scenes that have none. It sees the whole scene from the front (+Z), right (+X) and above (+Y), in every
-/// picture that is at least as wide as high. For an empty scene, it is at (0, 0, 5) and looks at the origin.
+/// A camera for scenes that have none. It shows the whole scene from the front (+Z), right (+X) and above (+Y), if the
+/// picture is at least as wide as high. For an empty scene, it is at (0, 0, 5) and looks at the origin.
 pub fn framing_camera(scene: &Scene) -> Camera {
     let Some(bounds) = scene.bounds() else {
         return look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, FRAMING_FOV);
@@ -42,8 +45,9 @@ pub fn framing_camera(scene: &Scene) -> Camera {
     look_at(eye, bounds.center(), FRAMING_FOV)
 }
 
-/// The rotation that is left of a camera-to-world matrix without scale and shear. It keeps the viewing direction exactly,
-/// and the camera's +Y as closely as possible. `None` if the y or z axis is 0, or if both are parallel.
+/// Removes scale and shear from `matrix`, the linear part of a camera-to-world transform, so that a rotation remains. The
+/// viewing direction stays the same, and the camera's +Y changes as little as possible. `None` if the y or z axis of
+/// `matrix` is 0, or if both axes are parallel.
 pub(crate) fn rigid(matrix: DMat3) -> Option<DMat3> {
     let unit = |axis: DVec3| (axis / axis.abs().max_element()).try_normalize();
     let z = unit(matrix.z_axis)?;
@@ -51,8 +55,8 @@ pub(crate) fn rigid(matrix: DMat3) -> Option<DMat3> {
     Some(DMat3::from_cols(x, z.cross(x), z))
 }
 
-/// The axes of a camera in world space, as columns x, y and z. `back` is opposite to the viewing direction and can have any
-/// length; if it is 0, the camera looks along −Z.
+/// The x, y and z axis of a camera in world space, as the columns of a matrix. `back` is a vector of any length, opposite to
+/// the viewing direction; if it is 0, the camera looks along −Z.
 fn axes(back: DVec3) -> DMat3 {
     // Scaled before it is normalised, since the square of a tiny or huge length is out of f64's range.
     let z = (back / back.abs().max_element())

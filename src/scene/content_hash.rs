@@ -1,4 +1,5 @@
-//! A hash of everything in a scene that affects its picture, with which pictures and studies identify their scene.
+//! A hash of everything in a scene that affects its picture. Pictures and results of studies store it, to identify their
+//! scene.
 
 use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
@@ -10,8 +11,9 @@ use super::{
 use glam::DAffine3;
 
 impl Scene {
-    /// The BLAKE3 hash, as 64 hexadecimal digits, of all that affects the picture: meshes, materials, images, instances,
-    /// lights, environment, cameras and motion. Names and notices are not part of it.
+    /// The BLAKE3 hash, as 64 hexadecimal digits, of everything that affects the picture: meshes, materials, images,
+    /// instances, lights, environment, cameras and motion. Names, and the notices that loading a file gave, do not change
+    /// it.
     pub fn content_hash(&self) -> String {
         // Full destructuring, so that a new field cannot be forgotten here.
         let Self {

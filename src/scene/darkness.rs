@@ -1,16 +1,18 @@
-//! Detection of scenes whose pictures would be all black, so that the user is warned before rendering.
+//! Detection of scenes whose pictures would be completely black, so that the user is warned before rendering.
 
 use super::lights::Emitters;
 use super::{AlphaMode, Environment, Material, Mesh, Scene};
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
-/// The maximum number of frame times at which animated emission is searched for light. A longer sequence counts as lit.
+/// The maximum number of frame times at which animated emission is examined. If a sequence has more frames and all examined
+/// ones are black, it is assumed to show light later.
 const MOST_TIMES: usize = 100_000;
 
 impl Scene {
-    /// The reason why all pictures of the scene at `times`, in seconds, are black, as a text for the user; `None` if a
-    /// picture may show light. `scattering` is false if no surface scatters light with the settings of the picture.
+    /// The reason why the pictures of the scene at all `times` (in seconds) are black, as a text for the user. `None` if at
+    /// least one of them may show light. `scattering` is false if the settings of the pictures, such as `--bounces 0`,
+    /// exclude light that surfaces scatter.
     pub fn why_black(
         &self,
         scattering: bool,
@@ -48,14 +50,15 @@ impl Scene {
         )
     }
 
-    /// True if an instance has triangles with an unlit material: the camera sees them without any light.
+    /// True if an instance has triangles with an unlit material, whose colour the camera sees even if the scene has no
+    /// light.
     fn shows_unlit_surfaces(&self) -> bool {
         let mut parts = self.placed_meshes().flat_map(|mesh| &mesh.parts);
         parts.any(|part| part.triangle_count > 0 && self.materials[part.material as usize].unlit)
     }
 
-    /// The indices of the materials that emit light at some time on a triangle of an instance. Materials that their alpha
-    /// mask removes completely are left out.
+    /// The indices of the materials that emit light, at some time, on at least one triangle of an instance. Materials whose
+    /// alpha mask makes the whole surface invisible are left out.
     fn emitters(&self) -> BTreeSet<u32> {
         let emitter_materials = self.emitter_materials();
         let emitters = Emitters::new(self, &emitter_materials);
@@ -87,8 +90,9 @@ impl Scene {
 }
 
 impl Material {
-    /// True if the alpha mask removes the whole surface. `vertex_alpha` is the largest alpha of the mesh's vertices. False
-    /// for a material with a base colour texture, because the texels are not examined.
+    /// True if the alpha mask of the material removes every point of its surfaces. `vertex_alpha` is the largest alpha of
+    /// the mesh's vertex colours. Always false for a material with a base colour texture, because the texels are not
+    /// examined.
     fn is_cut_away(&self, vertex_alpha: &LazyCell<f32, impl FnOnce() -> f32>) -> bool {
         let AlphaMode::Mask { cutoff } = self.alpha_mode else {
             return false;
@@ -105,7 +109,7 @@ mod tests {
     use super::*;
     use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-    /// A scene with one instance of one triangle that has the given material.
+    /// A scene with one instance of a mesh, whose only triangle has the material `material`.
     fn scene(material: Material) -> Scene {
         Scene {
             meshes: vec![Mesh {

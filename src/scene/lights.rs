@@ -8,28 +8,29 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use std::collections::{BTreeSet, HashMap};
 
 /// The fraction of light samples for which all lights with a power above 0 are equally likely. For the other samples, a
-/// light's probability is in proportion to its power. The fraction keeps the probability of the dimmest light within the
-/// resolution of the alias table's 32-bit thresholds.
+/// light's probability is in proportion to its power. Without this fraction, the alias table's 32-bit thresholds would round
+/// the probability of a very dim light to 0, and its light would be lost.
 pub const UNIFORM_FRACTION: f64 = 0.1;
 
-/// An emissive triangle in world space, with the transform that its instance has at one time.
+/// An emissive triangle in world space, where the transform of its instance places it at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct LightTriangle {
     /// Index into [`Scene::instances`]: the instance to which the triangle belongs.
     pub instance: u32,
-    /// Index into [`Mesh::triangles`] of the instance's mesh.
+    /// Index of the triangle in [`Mesh::triangles`] of the instance's mesh.
     pub triangle: u32,
     /// Index into [`Scene::materials`]: the material that emits.
     pub material: u32,
     /// The corners in world space, in scene units, in the order of the mesh's corners.
     pub corners: [DVec3; 3],
-    /// Unit normal of the side that emits: the side from which the corners are counter-clockwise in object space. It is 0 if
-    /// the triangle has no area. A double-sided material emits on the opposite side too.
+    /// Unit normal, in world space, of the side that emits: the side from which the corners are counter-clockwise in object
+    /// space. It is 0 if the triangle has no area. A double-sided material emits on the opposite side too.
     pub normal: DVec3,
     /// Area in world space, in squared scene units.
     pub area: f64,
-    /// The mean over the triangle of the factor on the material's emission, per channel in [0, 1]. The factor is the
-    /// emissive texture, and 0 in the holes of an alpha mask; without both it is 1.
+    /// The mean over the triangle's area of the factor that multiplies the material's emission, for each colour channel in
+    /// [0, 1]. The factor is the linear colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask
+    /// it is 0. The power of the light is computed with this mean.
     pub emission_mean: Vec3,
 }
 
@@ -38,21 +39,24 @@ pub struct LightTriangle {
 pub struct EmitterTriangle {
     /// Index into [`Scene::instances`]: the instance to which the triangle belongs.
     pub instance: u32,
-    /// Index into [`Mesh::triangles`] of the instance's mesh.
+    /// Index of the triangle in [`Mesh::triangles`] of the instance's mesh.
     pub triangle: u32,
     /// Index into [`Scene::materials`]: the material that emits.
     pub material: u32,
     /// The corners in object space, in the mesh's units.
     pub corners: [DVec3; 3],
-    /// The corners' texture coordinates for the emissive texture, before [`Texture::transform`]; 0 if the material has none.
+    /// The corners' texture coordinates for the emissive texture, before [`Texture::transform`] maps them to the image. They
+    /// are 0 if the material has no emissive texture.
     pub uvs: [Vec2; 3],
-    /// The mean over the triangle of the factor on the material's emission, per channel in [0, 1]. The factor is the
-    /// emissive texture, and 0 in the holes of an alpha mask; without both it is 1.
+    /// The mean over the triangle's area of the factor that multiplies the material's emission, for each colour channel in
+    /// [0, 1]. The factor is the linear colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask
+    /// it is 0. The power of the light is computed with this mean.
     pub emission_mean: Vec3,
 }
 
-/// The identity of an emitter. `(Some(instance), material)`: the triangles that the instance has of this material. `(None,
-/// index)`: the punctual light with this index, or the environment, whose index follows the last punctual light.
+/// The identity of an emitter. `(Some(instance), material)` names all triangles of one instance that have one emissive
+/// material, by the indices of the instance and of the material in the scene. `(None, index)` names the punctual light with
+/// this index. The environment's name is `(None, n)`, where n is the number of punctual lights.
 pub type EmitterName = (Option<u32>, u32);
 
 impl LightTriangle {
@@ -63,7 +67,8 @@ impl LightTriangle {
 }
 
 impl EmitterTriangle {
-    /// The triangle in world space, moved by the transform `object_to_world` of its instance.
+    /// Computes the triangle in world space. `object_to_world` is the transform of the triangle's instance at the wanted
+    /// time.
     pub fn placed(&self, object_to_world: &DAffine3) -> LightTriangle {
         // The front side is defined in object space, so a mirroring transform reverses the winding.
         let side = object_to_world.matrix3.determinant().signum();
@@ -82,15 +87,15 @@ impl EmitterTriangle {
 }
 
 impl Scene {
-    /// True if a material that emits light at any time has an emissive texture. The device then stores texture coordinates
-    /// for each emissive triangle.
+    /// True if some material that emits light at some time has an emissive texture. The device then stores the texture
+    /// coordinates of each emissive triangle.
     pub fn has_textured_lights(&self) -> bool {
         let mut materials = self.materials.iter().zip(self.emitter_materials());
         materials.any(|(material, is_emitter)| is_emitter && material.emissive_texture.is_some())
     }
 
-    /// One entry per material of the scene: true if the material emits light at the present time or at another time. A
-    /// material whose emission is animated always counts as emitting.
+    /// One entry per material of the scene: true if the material emits light at some time. A material whose emission is
+    /// animated always counts as emitting, even while it is black. Textures are not examined.
     pub fn emitter_materials(&self) -> Vec<bool> {
         let mut lights: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -99,9 +104,9 @@ impl Scene {
         lights
     }
 
-    /// A copy of the materials in which animated emission is replaced by its largest value over all keyframes
-    /// ([`Emission::brightest`](super::motion::Emission::brightest)). With it, powers of lights are compared for all times
-    /// together.
+    /// A copy of the scene's materials in which each animated emission is replaced by its largest value over all keyframes
+    /// ([`Emission::brightest`](super::motion::Emission::brightest)). The powers of lights are compared with these
+    /// materials, because a light that is dark now may be the brightest one at another time.
     pub fn brightest_materials(&self) -> Vec<Material> {
         let mut brightest = self.materials.clone();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -112,17 +117,19 @@ impl Scene {
 }
 
 /// Decides which triangles are lights at some time: all triangles with a material that emits at some time, except those on
-/// which the emissive texture is black all over.
+/// which the emissive texture is certainly black everywhere.
 pub struct Emitters<'a> {
     scene: &'a Scene,
     /// One entry per material of the scene: true if the material emits at some time.
     emitter_materials: &'a [bool],
-    /// The lit parts of each image that is the emissive texture of a light; the key is an index into [`Scene::images`].
+    /// For each image that is the emissive texture of a material that emits, its parts that are not black. The key is the
+    /// image's index in [`Scene::images`].
     lit: HashMap<u32, LitTexels>,
 }
 
 impl<'a> Emitters<'a> {
-    /// Prepares the decisions for a scene; `emitter_materials` is the result of [`Scene::emitter_materials`].
+    /// Prepares the decisions for `scene`: finds the parts of emissive textures that are not black. `emitter_materials` is
+    /// the result of [`Scene::emitter_materials`].
     pub fn new(scene: &'a Scene, emitter_materials: &'a [bool]) -> Self {
         let materials = scene.materials.iter().zip(emitter_materials);
         let textures = materials.filter(|(_, is_emitter)| **is_emitter);
@@ -175,8 +182,9 @@ fn uvs_of(mesh: &Mesh, texture: &Texture, triangle: u32) -> [Vec2; 3] {
     corners.map(|i| mesh.uvs[texture.set as usize][i as usize])
 }
 
-/// The emissive triangles of all instances, ordered by instance, then by their index in the mesh. Lights have this order on
-/// the device. `emitter_materials` has one entry per material: true if it is a light.
+/// The emissive triangles of all instances, ordered by the index of the instance, then by the index of the triangle in its
+/// mesh. The device stores them in the same order. `emitter_materials` has one entry per material of the scene: true if the
+/// material emits light at some time.
 pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<EmitterTriangle> {
     let emitters = Emitters::new(scene, emitter_materials);
     let mut triangles = Vec::new();
@@ -202,8 +210,9 @@ pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<Emitt
     triangles
 }
 
-/// The factor on a triangle's emission, per channel in [0, 1], as a mean over points on a grid. It is not black even if all
-/// points are, because light samples must also find lit areas between the points.
+/// The mean, over 64 points of a triangle, of the factor on its emission, for each colour channel in [0, 1]: the emissive
+/// texture, and 0 in the holes of an alpha mask. If the factor is black at all points, the mean is 1/128 instead of 0,
+/// because light samples must also find lit areas between the points.
 fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32) -> Vec3 {
     const SIDE: usize = 8;
     let mask = match material.alpha_mode {
@@ -245,7 +254,8 @@ fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32)
     sum / (SIDE * SIDE) as f32
 }
 
-/// The emissive triangles of a scene in world space, with its present transforms, in the order of [`emitter_triangles`].
+/// The emissive triangles of a scene in world space, where the present transforms of the scene's instances place them, in
+/// the order of [`emitter_triangles`].
 pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
     emitter_triangles(scene, &scene.emitter_materials())
         .iter()
@@ -253,27 +263,29 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
         .collect()
 }
 
-/// The power of a triangle divided by π, in squared scene units × radiance: area × luminance, doubled if both sides emit.
-/// Lights are selected in proportion to it, apart from [`UNIFORM_FRACTION`].
+/// The power that a triangle emits, divided by π: its area in squared scene units × the luminance of its mean emission,
+/// doubled if both sides emit. Light samples select lights in proportion to their powers, except for the fraction
+/// [`UNIFORM_FRACTION`] of the samples.
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
     sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
-/// The properties of a scene that, together with a light, give the light's power. The power of an infinitely distant light
-/// is the power that it sends to a disc with the diameter of the scene.
+/// Computes the powers of a scene's lights; its fields are the properties of the scene on which the powers depend. The power
+/// of an infinitely distant light (a directional light or the environment) is the power that it sends through a disc whose
+/// diameter is the diagonal of the scene's bounding box.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPowers {
-    /// The area of a disc around the scene, divided by π: the square of half the scene's diagonal, in squared scene units.
-    /// It is 1 for a scene without geometry.
+    /// The area of the disc through which distant lights shine, divided by π: the square of half the diagonal of the scene's
+    /// bounding box, in squared scene units. It is 1 for a scene without geometry.
     disc: f64,
     /// The integral of the environment's luminance over the sphere, as radiance × sr; `None` without an environment.
     environment: Option<f64>,
 }
 
 impl LightPowers {
-    /// Measures the size of `scene`. `environment` is the integral of the environment's luminance over the sphere, as
-    /// radiance × sr, or `None` if the scene has no environment.
+    /// Measures the size of `scene`, on which the powers of distant lights depend. `environment` is the integral of the
+    /// environment's luminance over the sphere, as radiance × sr, or `None` if the scene has no environment.
     pub fn of(scene: &Scene, environment: Option<f64>) -> Self {
         let bounds = Bounds::around(scene.loose_boxes().into_iter());
         Self {
@@ -282,8 +294,9 @@ impl LightPowers {
         }
     }
 
-    /// The power of each light divided by π, in squared scene units × radiance. The entries are the triangles (as in
-    /// [`power`]), then the punctual lights, then the environment, if there is one.
+    /// The power of each light divided by π, in squared scene units × radiance. There is one entry for each of `triangles`
+    /// (as in [`power`]), then one for each of `punctual`, then one for the environment, if the scene has one. `materials`
+    /// are the scene's materials with the emission at the wanted time.
     pub fn of_all(
         &self,
         triangles: &[LightTriangle],
@@ -309,9 +322,9 @@ impl LightPowers {
     }
 }
 
-/// The emitter of each light, in the order of [`LightPowers::of_all`]: first of all `triangles`, then of the punctual
-/// lights, then of the environment, if there is one. `count` is the number of lights of all kinds. Several triangles can
-/// have the same emitter.
+/// The emitter of each light, in the order of [`LightPowers::of_all`]: first of each of `triangles`, then of each punctual
+/// light, then of the environment, if there is one. `count` is the number of lights of all kinds. Several triangles can
+/// belong to the same emitter.
 pub fn emitter_names(
     triangles: &[LightTriangle],
     count: usize,
@@ -325,7 +338,8 @@ pub fn luminance(color: Vec3) -> f64 {
     color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// One column of an [`AliasTable`]. A draw selects a column uniformly, then one of the column's two entries.
+/// One column of an [`AliasTable`]. A draw selects a column uniformly, then one of two entries of the table: the entry with
+/// the column's own index, or its alias.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AliasColumn {
     /// The threshold for 32 random bits: below it, the column selects the entry that has the column's index.
@@ -334,20 +348,21 @@ pub struct AliasColumn {
     pub alias: u32,
 }
 
-/// A table that draws an entry, such as a light, in constant time (Walker 1977; Vose 1991). The probability of an entry
-/// follows from its weight, as described at [`AliasTable::new`].
+/// A table from which an entry, such as a light, is drawn in constant time (Walker 1977; Vose 1991). [`AliasTable::new`]
+/// describes how the probability of an entry depends on its weight.
 #[derive(Clone, Debug)]
 pub struct AliasTable {
     /// One column per entry, in the order of the weights.
     pub columns: Vec<AliasColumn>,
-    /// The exact probability of each entry, in [0, 1], as the integer thresholds give it. Estimators divide by it.
+    /// The exact probability with which each entry is drawn, in [0, 1], after the rounding of the thresholds to 32 bits.
+    /// Estimators divide by it.
     pub probabilities: Vec<f64>,
 }
 
 impl AliasTable {
-    /// A table with one entry per weight; weights must be finite and ≥ 0. The fraction `uniform_fraction` of the probability
-    /// is equal for all entries with a weight above 0, and the rest is in proportion to the weights. If all weights are 0,
-    /// all entries are equally likely.
+    /// A table with one entry per weight; weights must be finite and ≥ 0. The fraction `uniform_fraction` of the total
+    /// probability is divided equally among the entries with a weight above 0; the rest is divided in proportion to the
+    /// weights. An entry with the weight 0 is never drawn. If all weights are 0, all entries are equally likely instead.
     pub fn new(weights: &[f64], uniform_fraction: f64) -> Self {
         let count = weights.len();
         let total: f64 = weights.iter().sum();

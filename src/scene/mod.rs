@@ -1,4 +1,5 @@
-//! Scenes on the CPU: meshes, materials, lights, cameras and motion, checks and limits. Independent of files and Vulkan.
+//! Scenes on the CPU: meshes, materials, lights, cameras and their motion, with checks of a scene and of its limits. This
+//! module knows neither file formats nor Vulkan.
 //!
 //! Lengths are in the units of the file (glTF: metres). Coordinates are right-handed with +Y up. Radiance is linear RGB.
 
@@ -46,9 +47,10 @@ pub struct Scene {
     /// Cameras in the order of the file. If it is empty, because the file has no camera, commands use a camera that sees the
     /// whole scene.
     pub cameras: Vec<Camera>,
-    /// The motion of instances, cameras, lights and emission; `None` if nothing moves. The rest is the state at time 0.
+    /// The motion of instances, cameras and lights, and the changes of emission; `None` if nothing changes with time. The
+    /// other fields hold the state at time 0.
     pub motion: Option<Motion>,
-    /// Notices to the user about assumptions, omissions and repairs during loading, one line each.
+    /// Notices to the user about assumptions, omissions and repairs during loading, one line each. Commands print them.
     pub notices: Vec<String>,
 }
 
@@ -59,12 +61,14 @@ pub struct Mesh {
     pub name: String,
     /// Position of each vertex in object space, finite. The indices in `triangles` are indices into this array.
     pub positions: Vec<Vec3>,
-    /// Unit shading normals in object space, one per position. Empty if geometric normals shade the mesh.
+    /// Unit shading normals in object space, one per position. Empty if the mesh is shaded with the geometric normals of its
+    /// triangles.
     pub normals: Vec<Vec3>,
-    /// Linear RGB and alpha in [0, 1], one per position, which multiply the material's base colour and alpha; or empty.
+    /// Vertex colours, one per position: linear RGB and alpha in [0, 1], which multiply the material's base colour and
+    /// alpha. Empty if the mesh has no vertex colours.
     pub colors: Vec<Vec4>,
     /// Unit tangents along u in object space, one per position, with the sign s of the bitangent s · normal × tangent in w.
-    /// Empty without normal maps. A vertex whose material has no normal map may have the tangent 0.
+    /// Empty if no material of the mesh has a normal map. A vertex whose material has no normal map may have the tangent 0.
     pub tangents: Vec<Vec4>,
     /// Two sets of texture coordinates, each with one entry per position. A set that no texture uses is empty.
     pub uvs: [Vec<Vec2>; 2],
@@ -92,15 +96,15 @@ impl Part {
     }
 }
 
-/// A mesh that is moved into the world by a transform. Several instances can share the mesh.
+/// A copy of a mesh in the world, placed there by a transform. Several instances can share one mesh.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// Name of the file's node, for messages; possibly empty.
     pub name: String,
     /// Index into [`Scene::meshes`]: the mesh that the instance places.
     pub mesh: u32,
-    /// Transform from object to world space, which may mirror and scale non-uniformly. It stays in f64 until the scene is
-    /// uploaded with its origin near the camera, since f32 is coarse far from 0.
+    /// Transform from object to world space, which may mirror and scale non-uniformly. It is in f64 because f32 is coarse
+    /// far from 0. On upload, the renderer moves the origin near the camera and converts the transform to f32.
     pub object_to_world: DAffine3,
 }
 
@@ -126,17 +130,20 @@ pub struct Material {
     pub name: String,
     /// Linear RGB base colour, each channel in [0, 1]: the diffuse albedo of a dielectric, the specular colour of a metal.
     pub base_color: Vec3,
-    /// Texture whose sRGB colour multiplies `base_color`, and whose alpha multiplies `alpha`; `None` counts as 1.
+    /// Texture whose sRGB colour, converted to linear, multiplies `base_color`, and whose alpha multiplies `alpha`. `None`
+    /// counts as a texture of 1.
     pub base_color_texture: Option<Texture>,
-    /// Coverage of the surface in [0, 1], before the alpha of the base colour texture and of vertex colours multiplies it.
+    /// Coverage of the surface in [0, 1]. The alpha of the base colour texture and of the vertex colours multiplies it.
     pub alpha: f32,
     /// The effect of the alpha at a point: none, holes, or partial transparency.
     pub alpha_mode: AlphaMode,
-    /// Metalness in [0, 1], before its texture: 0 is a dielectric, 1 a metal.
+    /// Metalness in [0, 1]: 0 is a dielectric, 1 a metal. The blue channel of `metallic_roughness_texture` multiplies it.
     pub metallic: f32,
-    /// Perceptual roughness in [0, 1], before its texture. Its square is the width α of the GGX lobe.
+    /// Perceptual roughness in [0, 1], which the green channel of `metallic_roughness_texture` multiplies. The square of the
+    /// product is the width α of the GGX lobe.
     pub roughness: f32,
-    /// Linear texture that multiplies `roughness` by its green channel and `metallic` by its blue one; `None` counts as 1.
+    /// Linear texture that multiplies `roughness` by its green channel and `metallic` by its blue one; `None` counts as a
+    /// texture of 1.
     pub metallic_roughness_texture: Option<Texture>,
     /// Normal map: its red, green and blue, mapped from [0, 1] to [−1, 1], are the shading normal along tangent, bitangent
     /// and normal. `None` leaves the shading normal unchanged.
@@ -153,16 +160,18 @@ pub struct Material {
     /// True if the camera sees the base colour as radiance, whatever light there is, and all other rays see a black surface
     /// (`KHR_materials_unlit`).
     pub unlit: bool,
-    /// Emitted linear RGB radiance ≥ 0 in W/(m²·sr), before its texture: emissive factor × emissive strength.
+    /// Emitted linear RGB radiance ≥ 0 in W/(m²·sr): glTF's emissive factor × emissive strength. `emissive_texture`
+    /// multiplies it.
     pub emission: Vec3,
-    /// Texture whose sRGB colour multiplies `emission`; `None` counts as 1.
+    /// Texture whose sRGB colour, converted to linear, multiplies `emission`; `None` counts as a texture of 1.
     pub emissive_texture: Option<Texture>,
     /// True if both sides of the surface emit; false if only the front does. Every surface reflects on both sides.
     pub double_sided: bool,
 }
 
 impl Default for Material {
-    /// The defaults of glTF: a white metal of roughness 1 without emission. Loaders overwrite what the file gives.
+    /// The values that glTF defines for properties that a file omits: a white metal of roughness 1 without emission. Loaders
+    /// overwrite the properties that the file states.
     fn default() -> Self {
         Self {
             name: String::new(),
@@ -187,7 +196,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// A purely Lambertian material without a specular lobe, with a linear albedo in [0, 1].
+    /// A material that reflects light only diffusely (Lambert), without a specular lobe. `albedo` is linear RGB in [0, 1].
     pub fn lambert(name: &str, albedo: Vec3) -> Self {
         Self {
             name: name.into(),
@@ -206,7 +215,7 @@ impl Material {
         }
     }
 
-    /// The textures that the material has, each with the name of its slot for messages.
+    /// The textures that the material has. With each comes the name of its slot, such as `normal texture`, for messages.
     pub fn textures(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
         let textures = [
             ("base colour texture", &self.base_color_texture),

@@ -1,7 +1,8 @@
-//! Collection of notices about assumptions and omissions, which counts equal notices in one line, and names for messages.
+//! Collects notices for the user about assumptions and omissions, and merges notices with the same text into one line with
+//! their number. Also prepares names and other texts from files for messages.
 
-/// Notices for the user, counted by their text. For each text it stores where the notice occurred first, and how often it
-/// occurred.
+/// Notices for the user, such as about repairs of a mesh, counted by their text. For each text it stores the element that
+/// was named at the first occurrence, and the number of occurrences.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     kinds: Vec<Kind>,
@@ -15,14 +16,14 @@ struct Kind {
 }
 
 impl Tally {
-    /// Counts one occurrence of the notice with the text `what`. `location` names the element that the notice is about, such
-    /// as a mesh; it is called at the first occurrence only.
+    /// Counts one occurrence of the notice with the text `what`. `location` returns the name of the element that the notice
+    /// is about, such as a mesh; it is called only at the first occurrence.
     pub fn add(&mut self, what: &str, location: impl FnOnce() -> String) {
         self.add_many(what, 1, location);
     }
 
-    /// Counts `count` occurrences of the notice with the text `what` at one element, such as a mesh. `location` names the
-    /// element; it is called only if the notice is new.
+    /// Counts `count` occurrences, possibly 0, of the notice with the text `what` at one element, such as a mesh. `location`
+    /// returns the name of the element; it is called only if no notice has had this text before.
     pub fn add_many(&mut self, what: &str, count: usize, location: impl FnOnce() -> String) {
         if count == 0 {
             return;
@@ -37,8 +38,8 @@ impl Tally {
         }
     }
 
-    /// One line per text of a notice, in the order of their first occurrence. The line also names the element of the first
-    /// occurrence and, if there were several occurrences, their number.
+    /// One line per text of a notice, in the order of their first occurrence. The line contains the text, the name of the
+    /// element at the first occurrence and, if there were several occurrences, their number.
     pub fn into_lines(self) -> impl Iterator<Item = String> {
         self.kinds.into_iter().map(|kind| match kind.count {
             1 => format!("{}: {}", kind.what, kind.first),
@@ -47,8 +48,9 @@ impl Tally {
     }
 }
 
-/// The name of an element in messages, such as `mesh 3 "Lamp"`, or `mesh 3` if `name` is empty. A long name is cut, and
-/// control characters are escaped.
+/// The name of an element in messages: its kind, its index in the scene or file, and `name` in quotes, such as
+/// `mesh 3 "Lamp"`, or `mesh 3` if `name` is empty. A `name` of more than 60 characters is cut, and control characters are
+/// escaped.
 pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
     if name.is_empty() {
         return format!("{kind} {index}");
@@ -56,10 +58,12 @@ pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
     format!("{kind} {index} {}", quoted(name))
 }
 
-/// The maximum number of characters that a message takes from a text in a file.
+/// The maximum number of characters that a message quotes from a text in a file; longer texts are cut to this number,
+/// including `...` where they are cut. Escaping control characters can make the quotation longer.
 const LONGEST: usize = 60;
 
-/// A text from a file for messages: in quotes, with control characters escaped, and cut at its end after 60 characters.
+/// Prepares a text from a file for a message: puts it in quotes, escapes control characters, and replaces everything after
+/// the first 57 characters by `...` if the text has more than 60 characters.
 pub(crate) fn quoted(text: &str) -> String {
     if text.chars().nth(LONGEST).is_some() {
         let start: String = text.chars().take(LONGEST - 3).collect();
@@ -69,7 +73,8 @@ pub(crate) fn quoted(text: &str) -> String {
     }
 }
 
-/// A text as by [`quoted`], but cut at its start, for texts whose end is more informative, such as paths.
+/// The same as [`quoted`], except that a text of more than 60 characters is cut at its start: the last 57 characters remain,
+/// after `...`. For texts whose end says more than their start, such as paths.
 pub(crate) fn quoted_end(text: &str) -> String {
     match text.chars().count().checked_sub(LONGEST) {
         None | Some(0) => quoted(text),

@@ -1,28 +1,32 @@
-//! Punctual lights: points, spots and directions without a surface, as `KHR_lights_punctual` defines them.
+//! Punctual lights, which have no surface: points, spots and directional lights, as the glTF extension `KHR_lights_punctual`
+//! defines them.
 
 use glam::{DAffine3, DVec3, Vec3};
 
-/// A light without a surface, so that only light samples find it. It shines along the −Z of its transform.
+/// A point, spot or directional light. It has no surface that a ray could hit, so only light samples find it. In its own
+/// space it shines along −Z, or in all directions if it is a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PunctualLight {
     /// Name of the file's node or light, for messages; possibly empty.
     pub name: String,
-    /// Transform from the light's space to world space, in scene units. Its scale has no effect.
+    /// Transform from the light's own space to world space, in scene units. Its scale has no effect.
     pub light_to_world: DAffine3,
     /// The kind of light: a point, a spot with its angles, or a direction.
     pub shape: PunctualShape,
     /// Linear RGB radiant intensity ≥ 0, in W/sr; of a directional light the irradiance of a surface that faces it, in W/m².
     pub intensity: Vec3,
-    /// The distance in scene units, above 0, at which a point or spot has faded to 0; `None` if it reaches infinitely far.
+    /// The distance in scene units, above 0, at which the light of a point or spot has faded to 0; `None` if the light has
+    /// no such limit.
     pub range: Option<f64>,
 }
 
-/// The directions and positions from which a punctual light shines.
+/// The kind of a punctual light: where its light starts, and into which directions it shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PunctualShape {
     /// Equal intensity in all directions from one point.
     Point,
-    /// A cone of light around −Z from one point. The intensity is full up to the angle `inner`, and fades to 0 at `outer`.
+    /// A cone of light from one point, around −Z of the light's own space. Directions up to the angle `inner` from this axis
+    /// have the full intensity, which fades to 0 at the angle `outer`.
     Spot {
         /// Half angle of the cone with full intensity, in radians, in [0, `outer`].
         inner: f64,
@@ -53,7 +57,8 @@ impl PunctualLight {
         self.light_to_world.translation
     }
 
-    /// The unit direction in world space in which the light shines; −Z if its transform scales that axis to 0.
+    /// The unit direction in world space in which the light shines: the −Z axis of its own space. If its transform scales
+    /// that axis to 0, it is −Z of the world.
     pub fn direction(&self) -> DVec3 {
         let axis = self.light_to_world.matrix3 * DVec3::NEG_Z;
         // Scaled first: squares of lengths can leave the range of f64.

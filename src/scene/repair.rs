@@ -1,21 +1,23 @@
-//! Repairs meshes without changing their pictures: removes triangles without area and unused vertices, normalises normals
-//! and tangents, fills missing normals, clamps colours.
+//! Brings meshes into the form that the renderer needs: removes triangles without area and unused vertices, makes normals
+//! and tangents unit vectors, fills in missing normals, and clamps vertex colours to [0, 1]. Notices tell the user of these
+//! changes, except small corrections of normals and changes of tangents and unused vertices.
 
 use super::Mesh;
 use super::notices::{Tally, label};
 use glam::{DVec3, Vec3, Vec4};
 
-/// The difference of a normal's squared length from 1 above which the normal is normalised.
+/// The difference of a normal's squared length from 1 above which the normal is normalised. With smaller differences, the
+/// normal stays unchanged.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-/// The difference of a normal's squared length from 1 above which the user gets a notice. Normals that a file stores in
-/// signed bytes differ by up to this much.
+/// The difference of a normal's squared length from 1 above which the user gets a notice that the normal was normalised.
+/// Normals that a file stores in signed bytes differ by up to this much without a fault of the file.
 const NOTICED_TOLERANCE: f64 = 2e-2;
 
 impl Mesh {
-    /// Removes triangles without area and unused vertices, makes normals and tangents unit vectors, fills missing normals,
-    /// and clamps colours. Indices must be in range and numbers finite. `index` is the mesh's index in the scene, for the
-    /// notices, which are added to `tally`.
+    /// Removes triangles without area and unused vertices, makes normals and tangents unit vectors, fills in missing
+    /// normals, and clamps vertex colours to [0, 1]. All indices must be in range and all numbers finite. `index` is the
+    /// mesh's index in the scene, for the notices about the changes, which are added to `tally`.
     pub(super) fn repair(&mut self, index: usize, tally: &mut Tally) {
         let name = self.name.clone();
         let location = || label("mesh", index, &name);
@@ -41,7 +43,7 @@ impl Mesh {
         self.drop_unused_vertices();
     }
 
-    /// Clamps vertex colours to [0, 1]. Returns how many of them were outside.
+    /// Clamps the channels of vertex colours to [0, 1]. Returns the number of vertices whose colour changed.
     fn clamp_colors(&mut self) -> usize {
         let mut odd = 0;
         for color in &mut self.colors {
@@ -52,8 +54,8 @@ impl Mesh {
         odd
     }
 
-    /// The cross product of two edges: a vector along the triangle's geometric normal, whose length is twice the area. It is
-    /// 0 for a triangle without area. The three numbers are indices of vertices.
+    /// The cross product of two edges of a triangle, in object space: a vector along the triangle's geometric normal, whose
+    /// length is twice the area. It is 0 for a triangle without area. `triangle` is the indices of the three vertices.
     pub(super) fn area_vector(&self, triangle: [u32; 3]) -> DVec3 {
         let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
         (b - a).cross(c - a)
@@ -80,8 +82,8 @@ impl Mesh {
         before - kept
     }
 
-    /// Normalises all normals except those of zero length. Returns the number of normals whose length differed from 1 so
-    /// much ([`NOTICED_TOLERANCE`]) that the user gets a notice.
+    /// Makes all normals unit vectors, except those of zero length. Returns the number of normals whose squared length
+    /// differed from 1 by more than [`NOTICED_TOLERANCE`], for a notice.
     fn normalize_normals(&mut self) -> usize {
         let mut odd = 0;
         for normal in &mut self.normals {
@@ -95,7 +97,8 @@ impl Mesh {
         odd
     }
 
-    /// Normalises tangents and sets w to −1 or 1; those shorter than 0.001 become 0, and `make_tangents` replaces them.
+    /// Makes tangents unit vectors, and sets w, the sign of the bitangent, to −1 or 1. A tangent shorter than 0.001 has no
+    /// usable direction and becomes 0; [`Mesh::make_tangents`] later computes a new one if the material has a normal map.
     fn normalize_tangents(&mut self) {
         for tangent in &mut self.tangents {
             // In f32 the square of a length above 1e19 overflows.
@@ -110,9 +113,9 @@ impl Mesh {
         }
     }
 
-    /// Gives vertices with a normal of zero length the geometric normal of their triangle. A vertex of triangles with
-    /// different normals is duplicated. If all normals are missing, the list of normals becomes empty instead. Returns how
-    /// many normals were missing.
+    /// Sets normals of zero length to the geometric normal of their triangle. A vertex that is shared by triangles with
+    /// different normals is duplicated. If all normals of the mesh are missing, `normals` becomes empty instead, which has
+    /// the same effect. Returns the number of missing normals.
     fn fill_missing_normals(&mut self) -> usize {
         let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
         let missing = is_missing.iter().filter(|&&m| m).count();
@@ -144,8 +147,8 @@ impl Mesh {
         missing
     }
 
-    /// Adds a copy of the vertex with the index `vertex` and all its attributes. Returns the copy's index; `None` if it
-    /// exceeds 32 bits.
+    /// Appends a copy of the vertex with the index `vertex`, with all its attributes. Returns the index of the copy; `None`,
+    /// without a copy, if the index would exceed 32 bits.
     pub(super) fn duplicate_vertex(&mut self, vertex: u32) -> Option<u32> {
         let (vertex, copy) = (vertex as usize, u32::try_from(self.positions.len()).ok()?);
         self.positions.push(self.positions[vertex]);

@@ -1,37 +1,39 @@
-//! The properties of a scene that decide which features the renderer needs for it.
+//! Determines which features a scene uses. Shaders leave out the code of features that the scene does not use.
 
 use super::bounds::usual_size;
 use super::lights::Emitters;
 use super::{AlphaMode, Material, Mesh, Scene};
 use crate::shader_interface::MIRROR_ROUGHNESS;
 
-/// The features of a scene that need support in the renderer. Shaders leave out the code of features that are not needed.
-/// Meshes without an instance have no effect, and neither do materials that no triangle has. A light is a material that
-/// emits at any time.
+/// The features that a scene uses, and some counts for reports. Shaders leave out the code of features that the scene does
+/// not use. Only meshes with an instance and materials with triangles are examined. In the fields, a light is a material
+/// that emits light at some time.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Requirements {
-    /// The number of triangles in the world, for reports: those of each mesh, times its instances.
+    /// The number of triangles in the world, for reports. The triangles of a mesh count once for each instance of the mesh.
     pub triangles: u64,
-    /// The number of triangles in the world that emit light at some time, for reports: those of each mesh, times its
-    /// instances.
+    /// The number of triangles in the world that emit light at some time, for reports. The triangles of a mesh count once
+    /// for each instance of the mesh.
     pub emissive_triangles: u64,
     /// The number of instances of meshes, for reports.
     pub instances: u64,
     /// True if some light emits on both sides; otherwise shaders assume that lights emit on their front only.
     pub double_sided_emitters: bool,
-    /// The number of punctual lights; if it is 0, shaders leave them out.
+    /// The number of punctual lights (points, spots, directional lights). If it is 0, shaders leave out the code for them.
     pub punctual_lights: u64,
     /// True if the scene has an environment, even a black one; otherwise rays that leave the scene see black.
     pub environment: bool,
-    /// True if some surface has a specular lobe; otherwise shaders assume that all surfaces are pure Lambert.
+    /// True if some material has a specular lobe; otherwise shaders assume that all surfaces are purely Lambertian.
     pub specular: bool,
-    /// True if a specular lobe may be a perfect mirror: roughness below [`MIRROR_ROUGHNESS`], or textured. For reports only.
+    /// True if some surface with a specular lobe may be treated as a perfect mirror: its roughness is below
+    /// [`MIRROR_ROUGHNESS`], or a texture sets it. For reports only.
     pub near_delta: bool,
     /// True if some material has a base colour or metallic-roughness texture; otherwise shaders do not read them.
     pub textures: bool,
     /// True if some surface has holes or is partly transparent (not [`AlphaMode::Opaque`]); otherwise no ray tests alpha.
     pub alpha: bool,
-    /// True if some surface that emits no light is partly transparent ([`AlphaMode::Blend`]). More rays are then traced.
+    /// True if some surface that emits no light is partly transparent ([`AlphaMode::Blend`]). Shadow rays then return the
+    /// fraction of light that passes, for which more rays are traced.
     pub blending: bool,
     /// True if some material has a normal map; otherwise shaders do not read normal maps or tangents.
     pub normal_maps: bool,
@@ -43,21 +45,23 @@ pub struct Requirements {
     pub vertex_colors: bool,
     /// True if some mesh has shading normals at its vertices; otherwise shaders use geometric normals only.
     pub smooth_normals: bool,
-    /// True if some triangle is so much larger than the usual instance that barycentric weights in f32 cannot distinguish
-    /// its points. Samples then store points as coordinates in the triangle's plane, if nothing moves.
+    /// True if some triangle has an edge of more than 10,000 times the usual size of the scene's instances. Barycentric
+    /// weights in f32 are then too coarse to locate points on the triangle. Samples store points as coordinates in the
+    /// triangle's plane instead, unless something moves.
     pub large_triangles: bool,
-    /// True if some mesh has more than one part, and so may have several materials. For reports only.
+    /// True if some mesh has more than one part (a run of triangles with one material). For reports only.
     pub multi_part_meshes: bool,
     /// True if some mesh has more than one instance. For reports only.
     pub shared_meshes: bool,
-    /// True if some instance is mirrored, so that the winding of its triangles is reversed in the world. For reports only.
+    /// True if the transform of some instance mirrors it, so that the winding of its triangles in world space is the reverse
+    /// of that in object space. For reports only.
     pub mirrored_instances: bool,
     /// True if instances, cameras, lights or emission change with time. For reports only.
     pub motion: bool,
 }
 
 impl Requirements {
-    /// Determines the features of a scene, which [`Scene::validate`] must have accepted.
+    /// Determines the features that `scene` uses. [`Scene::validate`] must have accepted the scene.
     pub fn of(scene: &Scene) -> Self {
         let lights = scene.emitter_materials();
         let emitters = Emitters::new(scene, &lights);
@@ -114,7 +118,8 @@ impl Requirements {
         required
     }
 
-    /// The names, for messages, of the features that the scene requires (first list) and does not need (second list).
+    /// The names of features, for messages: first a list of those that the scene uses, then a list of those that it does not
+    /// use.
     pub fn features(&self) -> [Vec<&'static str>; 2] {
         let &Self {
             triangles: _,
@@ -167,11 +172,12 @@ impl Requirements {
     }
 }
 
-/// The ratio of a triangle's longest edge to [`usual_size`] above which the triangle is large. At this ratio, barycentric
-/// weights in f32 are exact to a thousandth of that size.
+/// The ratio of a triangle's longest edge to [`usual_size`] (the usual size of the scene's instances) above which the
+/// triangle counts as large. At this ratio, barycentric weights in f32 locate a point with an error of a thousandth of the
+/// usual size.
 const LARGE: f64 = 10_000.0;
 
-/// The length of the longest edge of a mesh's triangles, in object space; 0 without triangles.
+/// The length of the longest edge of all triangles of a mesh, in object space; 0 if there are no triangles.
 fn longest_edge(mesh: &Mesh) -> f64 {
     let corner = |index: u32| mesh.positions[index as usize].as_dvec3();
     let edges = mesh
@@ -191,12 +197,13 @@ impl Material {
 }
 
 impl Scene {
-    /// The number of triangles in the world: those of each mesh, times its instances.
+    /// The number of triangles in the world. The triangles of a mesh count once for each instance of the mesh.
     pub fn triangle_count(&self) -> u64 {
         self.count_triangles(|mesh| mesh.triangles.len() as u64)
     }
 
-    /// The number of triangles in the world that emit light at some time.
+    /// The number of triangles in the world that emit light at some time. The triangles of a mesh count once for each
+    /// instance of the mesh.
     pub fn emissive_triangle_count(&self) -> u64 {
         self.count_emissive(&Emitters::new(self, &self.emitter_materials()))
     }

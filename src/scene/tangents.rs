@@ -1,12 +1,14 @@
-//! Tangents for normal maps, for files that have none. They are made by MikkTSpace, which glTF requires.
+//! Computes the tangents that normal maps need, for triangles to which the file gives none. The method is MikkTSpace, which
+//! glTF requires.
 
 use super::{Material, Mesh};
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Vec2, Vec3, Vec4};
 
 impl Mesh {
-    /// Computes tangents for triangles that have a normal map but lack tangents; if no part of the mesh has a normal map,
-    /// all tangents are removed. Vertices whose triangles need different tangents are duplicated. The mesh must be valid.
+    /// Computes tangents for triangles that have a normal map but lack tangents at some corner. Vertices whose triangles
+    /// need different tangents are duplicated. If no part of the mesh has a normal map, all tangents are removed instead.
+    /// The mesh must have passed its checks.
     pub(crate) fn make_tangents(&mut self, materials: &[Material]) {
         let mapped = self.parts.iter().filter_map(|part| {
             let texture = materials[part.material as usize].normal_texture?;
@@ -67,7 +69,9 @@ impl Mesh {
     }
 }
 
-/// The triangles of a mesh that get tangents (`faces`), and the tangents of their corners, as MikkTSpace needs them.
+/// The data that the MikkTSpace crate reads and writes: the mesh, the indices `faces` of its triangles that get tangents,
+/// the index `set` of their texture coordinates, and the computed tangents of the three corners of each face, in the order
+/// of `faces`.
 struct Made<'a> {
     mesh: &'a Mesh,
     faces: &'a [usize],

@@ -3,10 +3,10 @@
 use glam::{Affine2, Vec2, Vec4};
 use std::sync::Arc;
 
-/// An image that textures of materials show, with 8 bits per channel.
+/// An RGBA image with 8 bits per channel, which one or more textures of materials use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// Name of the file, or the image's name in it, for messages.
+    /// For messages: the name of the image's file or, if the image is part of the scene's file, the name that it has there.
     pub name: String,
     /// Width in texels, at least 1.
     pub width: u32,
@@ -16,7 +16,7 @@ pub struct Image {
     pub texels: Arc<[[u8; 4]]>,
 }
 
-/// The texels that a lookup finds beyond the edges of an image, along one axis.
+/// The way in which a lookup beyond the edges of an image finds a texel, along one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// The image repeats, equal in every repetition.
@@ -28,18 +28,20 @@ pub enum Wrap {
     Clamp,
 }
 
-/// A use of an image as a texture: its coordinates, and how a lookup reads texels.
+/// A use of an image by a material: the set and the transform of texture coordinates, and the way in which a lookup reads
+/// texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
-    /// Index into [`Scene::images`](super::Scene::images).
+    /// Index into [`Scene::images`](super::Scene::images): the image that the texture reads.
     pub image: u32,
     /// The set of texture coordinates, 0 or 1: index into [`Mesh::uvs`](super::Mesh::uvs).
     pub set: u32,
-    /// The transform from the mesh's coordinates to those of the image, in which the image covers [0, 1] along both axes.
+    /// The transform from the mesh's texture coordinates to those of the image, in which the image covers [0, 1] along both
+    /// axes.
     pub transform: Affine2,
     /// The wrap modes beyond the image's edges along u and along v.
     pub wrap: [Wrap; 2],
-    /// True if a lookup takes the nearest texel; false if it interpolates between four.
+    /// True if a lookup returns the nearest texel; false if it interpolates between the four nearest ones.
     pub nearest: bool,
 }
 
@@ -56,8 +58,8 @@ impl Texture {
         }
     }
 
-    /// The texture's value at the mesh's coordinates `uv`, each channel in [0, 1]. `decode` converts a texel before
-    /// interpolation: [`linear`] or [`srgb`].
+    /// The texture's value at the mesh's texture coordinates `uv`, each channel in [0, 1]. `image` must be the image that
+    /// [`Texture::image`] names. `decode` converts each texel before interpolation: [`linear`] or [`srgb`].
     pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u8; 4]) -> Vec4) -> Vec4 {
         let size = Vec2::new(image.width as f32, image.height as f32);
         let position = self.transform.transform_point2(uv) * size;
@@ -87,7 +89,8 @@ impl Texture {
     }
 }
 
-/// The index in [0, `size`) of the texel that a lookup finds at the index `i`, which can lie beyond the image.
+/// The index, at least 0 and less than `size`, of the texel that a lookup reads for the index `i`, which may be beyond the
+/// image. `size` is the number of texels along the axis.
 fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
     let size = i64::from(size);
     let index = match wrap {
@@ -101,18 +104,19 @@ fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
     index as u32
 }
 
-/// The parts of an image that are not black, in blocks of texels. They decide which triangles with this texture emit.
+/// The parts of an image that are not black, in blocks of 8 × 8 texels. They decide which triangles with this image as
+/// emissive texture are lights.
 pub struct LitTexels {
     size: [u32; 2],
-    /// Number of blocks along the width of the image.
+    /// The number of blocks side by side that cover the width of the image.
     columns: usize,
-    /// A summed-area table with rows of `columns` + 1 entries, one per corner of a block. It counts the blocks above and
-    /// left of the corner that are lit, which means not all black.
+    /// A summed-area table over the blocks, with one entry per corner of a block, in rows of `columns` + 1 entries. Each
+    /// entry is the number of lit blocks (with a texel that is not black) above and left of its corner.
     lit_before: Vec<u32>,
 }
 
-/// Texels along each side of a block of [`LitTexels`], which stores for each block only whether it is all black. Larger
-/// blocks need less memory, but recognise fewer black triangles.
+/// The number of texels along each side of a block of [`LitTexels`]. Only whether all texels of a block are black is stored,
+/// so larger blocks need less memory, but fewer black triangles are recognised.
 const BLOCK: u32 = 8;
 
 impl LitTexels {
@@ -141,8 +145,8 @@ impl LitTexels {
         }
     }
 
-    /// True if a lookup may find a colour other than black at some point of a triangle whose corners have the coordinates
-    /// `uvs`. It is also true if that is uncertain.
+    /// True if a lookup with `texture` may find a colour other than black at some point of a triangle whose corners have the
+    /// texture coordinates `uvs`. False means that the texture is certainly black on the whole triangle.
     pub fn may_be_seen(&self, texture: &Texture, uvs: [Vec2; 3]) -> bool {
         let size = Vec2::from(self.size.map(|side| side as f32));
         let transform = &texture.transform;
@@ -164,17 +168,17 @@ impl LitTexels {
         (rows.iter()).any(|rows| columns.iter().any(|columns| self.has_lit(*columns, *rows)))
     }
 
-    /// True if any block in the columns `left` to `right` and the rows `top` to `bottom` is lit, which means not all black.
-    /// Both ends are included.
+    /// True if any block in the columns `left` to `right` and the rows `top` to `bottom` of blocks is lit, which means that
+    /// a texel of it is not black. Both ends are included.
     fn has_lit(&self, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) -> bool {
         let before = |column: usize, row: usize| self.lit_before[row * (self.columns + 1) + column];
         before(right + 1, bottom + 1) + before(left, top)
             > before(left, bottom + 1) + before(right + 1, top)
     }
 
-    /// The blocks along one axis (0 is u, 1 is v) that lookups at texel indices from `low` to `high` may read. Each entry
-    /// has the indices of the first and the last block of a range, both included. Indices beyond the image follow `wrap`;
-    /// where the image repeats, they can lead to several ranges.
+    /// The blocks along one axis (0 is u, 1 is v) that lookups at texel indices from `low` to `high` may read, as ranges:
+    /// the indices of the first and the last block, both included. `wrap` maps indices beyond the image into it. Where the
+    /// image repeats, this can lead to several ranges.
     fn spans(&self, wrap: Wrap, axis: usize, low: f32, high: f32) -> Vec<[usize; 2]> {
         let size = i64::from(self.size[axis]);
         let last = size - 1;
@@ -225,7 +229,7 @@ fn decode_srgb(value: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// An image of two by two texels: black and red in the first row, green and white in the second.
+    /// An image of two by two texels: black and red in the top row, green and white in the bottom row.
     fn image() -> Image {
         let texels = [[0, 0, 0, 255], [255, 0, 0, 255], [0, 255, 0, 255], [255; 4]];
         Image {

@@ -1,4 +1,4 @@
-//! The rules that every scene must fulfil, loaded or generated, and their check.
+//! Checks the rules that every scene, loaded or generated, must fulfil before it is rendered, and repairs small faults.
 
 mod materials;
 mod meshes;
@@ -12,28 +12,30 @@ use materials::{check_image, check_material, check_textures};
 use meshes::check_mesh;
 use punctual::check_punctual;
 
-/// The largest absolute coordinate in the world, in scene units. Squared distances of far larger ones would overflow f32.
+/// The largest absolute coordinate that a scene may have in the world, in scene units. Scenes beyond it are refused, because
+/// the squares of far larger distances overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
 /// The length of the longest edge of a scene's bounding box below which the scene is refused, in scene units. A scene with
 /// moving instances is not refused, because it may be larger at other times.
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
-/// The spacing of f32 numbers at the vertex of a mesh that is farthest from its origin, divided by the mesh's size. Above
-/// this ratio, f32 stores the mesh too coarsely, and the user gets a notice.
+/// The largest fraction of a mesh's size that the spacing of f32 numbers may have at the vertex that is farthest from the
+/// mesh's origin. Above it, f32 stores the mesh too coarsely, and the user gets a notice.
 const COARSE: f64 = 5e-3;
 
-/// The largest emission of a material, and radiance of a texel of an environment, in W/(m²·sr); more is refused. A sample
-/// may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the brightest light, and f32 must hold that sample in
-/// this unit.
+/// The largest emission of a material, and the largest radiance of a texel of an environment, in W/(m²·sr); more is refused.
+/// A sample may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the brightest light, and the product of both
+/// must be finite in f32.
 pub const BRIGHTEST: f32 = 1e12;
 
-/// The largest absolute determinant of a transform at which an instance counts as flat, and is dropped unless it moves. The
-/// transform's axes are scaled to lengths near 1 first, so that small instances do not count as flat.
+/// The largest absolute determinant of a transform at which an instance counts as flat. A flat instance is removed, unless
+/// it moves. Before the determinant is computed, the transform's axes are scaled to lengths near 1, so that small instances
+/// do not count as flat.
 const SINGULAR: f64 = 1e-15;
 
-/// True if the positions of a mesh are much further from its origin than from each other, so that f32 stores them coarsely.
-/// True also if this holds for the corners of at least one triangle in ten, as in a mesh of two distant parts.
+/// True if f32 stores the positions of the mesh coarsely, because they are much farther from the mesh's origin than from
+/// each other. It is enough that this holds for the corners of one triangle in ten, as in a mesh of two distant parts.
 fn is_coarse(mesh: &Mesh) -> bool {
     let step = |furthest: f64| furthest * f64::from(f32::EPSILON);
     let Some(bounds) = mesh.bounds() else {
@@ -55,22 +57,23 @@ fn is_coarse(mesh: &Mesh) -> bool {
     coarse > 0 && 10 * coarse >= mesh.triangles.len()
 }
 
-/// True if every channel is between 0 and `limit`, which NaN is not. The channels are compared one by one, because the
-/// minimum and the maximum of a vector may ignore NaN.
+/// True if every channel is at least 0 and at most `limit`; false if a channel is NaN. The channels are compared one by one,
+/// because the minimum and the maximum of a vector may ignore NaN.
 pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
     color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(limit)).all()
 }
 
 impl Scene {
-    /// Checks the scene, and repairs faults that can be repaired without changing its picture. Each repair adds a notice: a
-    /// base colour outside [0, 1] is clamped; triangles without area, flat instances and empty meshes are dropped (which
-    /// shifts the indices of later meshes); normals are normalised, missing ones replaced by the geometric normal.
-    /// Afterwards every vertex belongs to a triangle, and a second check changes nothing. An empty scene is valid.
+    /// Checks the scene and repairs small faults: clamps base colours and vertex colours to [0, 1]; removes triangles
+    /// without area, unused vertices, flat instances and meshes without triangles, which shifts the indices of later
+    /// instances and meshes; makes normals and tangents unit vectors, and computes missing ones. Notices report these
+    /// changes, except small corrections of normals and changes of tangents and unused vertices. A second check changes
+    /// nothing, and an empty scene is valid.
     ///
     /// # Errors
     /// The renderer cannot use an element, which the message names: an index or a count is out of range, a number is not
-    /// finite, parts do not cover their triangles, a material or a light has a value outside its range, a camera is invalid,
-    /// keys are out of order, or the scene is too small or too far from the origin.
+    /// finite, parts do not cover the triangles of their mesh, a material or a light has a value outside its range, a camera
+    /// is invalid, keyframes are not in the order of time, or the scene is too small or too far from the origin.
     pub fn validate(&mut self) -> Result<()> {
         let mut tally = Tally::default();
         if let Some(motion) = &self.motion {
@@ -184,8 +187,8 @@ impl Scene {
         });
     }
 
-    /// Drops the instances for which `keep` returns false, and their entries in the motion. `keep` gets the index of each
-    /// instance, and the instance itself, which it may change.
+    /// Removes the instances for which `keep` returns false, and their entries in [`super::Motion::instances`]. `keep` is
+    /// called with the index of each instance and the instance itself, which it may change.
     fn retain_instances(&mut self, mut keep: impl FnMut(usize, &mut Instance) -> bool) {
         let instances = self.instances.iter_mut().enumerate();
         let kept: Vec<bool> = instances.map(|(index, one)| keep(index, one)).collect();
@@ -198,8 +201,9 @@ impl Scene {
     }
 }
 
-/// Checks that a mesh with the box `bounds` in object space (`None` for an empty mesh) can be rendered under `transform`.
-/// `farthest` is the largest absolute coordinate that is allowed; `what` names the element in messages.
+/// Checks that everything in the box `bounds` is still near enough to the origin to be rendered after `transform`. The box
+/// is in the space before the transform; `None` stands for an empty mesh, which has no box. `farthest` is the largest
+/// absolute coordinate that is allowed; `what` names the element in messages.
 ///
 /// # Errors
 /// The transform is not finite, or a transformed corner of the box has a coordinate beyond `farthest`.
@@ -227,7 +231,8 @@ pub(super) fn check_reach(
     Ok(())
 }
 
-/// True if a transform flattens everything onto a plane, a line or a point, so that normals are lost.
+/// True if the matrix, which is a transform without its translation, flattens everything onto a plane, a line or a point.
+/// Normals cannot be transformed then.
 pub(super) fn is_singular(matrix: DMat3) -> bool {
     // Axes are scaled to a length near 1 first: the product of their lengths may be out of f64's range.
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {
@@ -238,11 +243,11 @@ pub(super) fn is_singular(matrix: DMat3) -> bool {
     DMat3::from_cols(x, y, z).determinant().abs() <= SINGULAR
 }
 
-/// Checks that a picture can be rendered from a camera; `what` names the camera in messages.
+/// Checks that a picture can be rendered from a camera; `what` is the name of the camera in messages.
 ///
 /// # Errors
-/// The field of view is not within 0 and π, the aspect ratio is not positive and finite, or the transform is not a rotation
-/// and a translation of at most [`LARGEST_COORDINATE`].
+/// The field of view is not above 0 and below π; the aspect ratio is not positive and finite; the transform is not a
+/// rotation and a translation; or a coordinate of the camera exceeds [`LARGEST_COORDINATE`].
 pub fn check_camera(what: &str, camera: &Camera) -> Result<()> {
     let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
     let fov = camera.vertical_fov;

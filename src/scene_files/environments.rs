@@ -12,13 +12,13 @@ use std::io::{BufReader, ErrorKind, Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The longest header of an `.hdr` file that is read, in bytes. A longer one is an error, so that a file whose header never
-/// ends is not searched to its end.
+/// The maximum length of the header of an `.hdr` file, in bytes. A file with a longer header is an error, so that a damaged
+/// file, whose header never ends, is not searched to its end.
 const MAX_HEADER: u64 = 1 << 16;
 
 impl Environment {
-    /// Reads the environment in the file `name` (`.exr`, `.hdr`), or generates the sky that `sky` or `sky:KEY=VALUE,…`
-    /// describes.
+    /// Reads the environment from the file at the path `name` (`.exr` or `.hdr`). If `name` is `sky` or `sky:KEY=VALUE,…`,
+    /// generates the sky with these parameters instead.
     ///
     /// # Errors
     /// The file cannot be read, has another extension, is damaged, or has too many texels for the limit or the memory; a
@@ -34,8 +34,8 @@ impl Environment {
         Ok(environment)
     }
 
-    /// Checks, before long work, that the environment `name` can probably be opened with [`Environment::open`]: the file
-    /// exists, or the parameters of the sky are valid. The file is not read.
+    /// Checks, before long work begins, that [`Environment::open`] can probably open the environment `name`: the file
+    /// exists, or the parameters of the sky are valid. The content of the file is not read.
     ///
     /// # Errors
     /// There is no plain file at this path, or a parameter of the sky is wrong.
@@ -47,8 +47,8 @@ impl Environment {
     }
 }
 
-/// The path of the file from which an environment is read, given the environment's name. `None` for `sky` and `sky:…`, which
-/// are generated without a file. Commands use it to refuse an output that would replace the environment's file.
+/// The path of the file from which the environment with this name is read. `None` for `sky` and `sky:…`, which are generated
+/// without a file. Commands compare it with their output paths, so that an output does not overwrite the environment's file.
 pub fn environment_file_of(name: &str) -> Option<&Path> {
     let generated = name == "sky" || name.starts_with("sky:");
     (!generated).then(|| Path::new(name))
@@ -81,8 +81,9 @@ fn read(path: &Path) -> Result<Environment> {
     })
 }
 
-/// Checks that the header of an `.hdr` file ends within [`MAX_HEADER`] bytes, and rewinds the file. The header ends with one
-/// line after an empty line; without this check, the decoder would search the whole file for it.
+/// Checks that the header of an `.hdr` file ends within its first [`MAX_HEADER`] bytes, and moves back to the start of the
+/// file. The header ends with the line that follows an empty line. Without this check, the decoder would search the whole
+/// file for that line.
 fn check_hdr_header(file: &mut BufReader<File>) -> std::io::Result<()> {
     let mut start = Vec::new();
     file.by_ref().take(MAX_HEADER).read_to_end(&mut start)?;

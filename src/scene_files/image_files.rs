@@ -1,15 +1,16 @@
-//! Reads the image files of textures, and treats missing ones as errors or as notices.
+//! Reads the image files of textures. Missing files are errors or, if the user permits them, notices.
 
 use super::progress::{Progress, read_file};
 use super::scene_folder::{SceneFile, SceneFolder, unreadable};
 use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 
-/// The maximum size of an image file, in bytes. A larger file is an error: even an uncompressed image with the largest
+/// The maximum size of an image file, in bytes; a larger file is an error. Even an uncompressed image with the largest
 /// permitted width and height is smaller.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// Reads a whole image file without decoding it. `what` is the element of the scene that names the file, for messages.
+/// Reads the whole content of an image file, still encoded as PNG, JPEG or WebP. `what` is the element of the scene that
+/// names the file, for messages.
 ///
 /// # Errors
 /// The file has more than [`MAX_BYTES`] bytes or cannot be read, there is not enough memory for it, or the callback of
@@ -23,8 +24,9 @@ pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> 
     read_file(what, file, MAX_BYTES, progress)
 }
 
-/// Treats a missing image file `name`. If the user permits missing files (`allow_missing`), a notice is added to `tally`,
-/// and the caller continues without the texture. `what` is the element of the scene that names the file, for messages.
+/// Decides what happens because the image file with the path `name` is missing. If the user permits missing files
+/// (`allow_missing`), it adds a notice to `tally`, and the caller continues without the texture. `what` is the element of
+/// the scene that names the file, for messages.
 ///
 /// # Errors
 /// The user does not permit missing files.

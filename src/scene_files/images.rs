@@ -1,5 +1,5 @@
-//! Decodes the images of textures (PNG, JPEG, WebP) to RGBA with 8 bits per channel, with limits on the sizes that files may
-//! claim.
+//! Decodes the images of textures (PNG, JPEG, WebP) to RGBA with 8 bits per channel. It limits the sizes that files may
+//! state in their headers, so that a small file cannot fill the memory.
 
 use super::progress::Progress;
 use crate::base::memory;
@@ -12,43 +12,46 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::io::Cursor;
 
-/// The largest width and height of an image, in texels. A larger image is an error.
+/// The largest width and the largest height of an image, in texels. A larger image is an error.
 pub const MAX_SIZE: u32 = 16384;
 
-/// The maximum number of texels of all images of a scene together, since shaders index texels with 32 bits. More texels are
-/// an error.
+/// The maximum number of texels of all images of a scene together; more are an error. The limit exists because shaders find
+/// a texel by an index of 32 bits among the texels of all images.
 pub const MAX_TEXELS: u64 = 1 << 32;
 
-/// The size of one decoded texel, in bytes: one byte for each of red, green, blue and alpha.
+/// The size of one texel after decoding, in bytes: one byte for each of red, green, blue and alpha.
 pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
 
-/// The maximum number of texels of the images that are decoded in parallel: as many as one image of the largest size has.
-/// The limit saves memory, because an image takes up to four times its final size while it is decoded.
+/// The maximum number of texels of the images that are decoded at the same time, in parallel: as many as one image of the
+/// largest size has. The limit saves memory, because an image takes up to four times its final size while it is decoded.
 const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
 
-/// The maximum number of bytes that an image decoder may take for data other than texels, such as the colour profile of a
-/// PNG file. Compressed data may need a thousand times their size in the file.
+/// The maximum number of bytes that an image decoder may allocate for data other than texels, such as the colour profile of
+/// a PNG file. Without the limit a small file could fill the memory, because compressed data can become a thousand times
+/// larger when they are decoded.
 const MAX_METADATA: u64 = 16 << 20;
 
-/// An image as the bytes of its file, before it is decoded.
+/// An image as the content of a PNG, JPEG or WebP file, before it is decoded.
 pub(super) struct Encoded<'a> {
     /// The element of the scene's file that contains or names the image, such as `image 3`, for messages.
     pub what: String,
-    /// The path of the image's file, or the name of the image in the scene's file. It may be empty; messages show it.
+    /// The path of the image's file as the scene states it or, for an image without a file, the name of the image in the
+    /// scene's file. It may be empty; messages show it.
     pub name: String,
-    /// The whole content of a PNG, JPEG or WebP file.
+    /// The whole content of a PNG, JPEG or WebP file. The format is recognised from these bytes, not from the name.
     pub bytes: Cow<'a, [u8]>,
 }
 
-/// The number of texels of all images of a scene that were counted so far. It must not exceed [`MAX_TEXELS`].
+/// The number of texels of all images of a scene that were counted so far, to check that it does not exceed [`MAX_TEXELS`].
 #[derive(Default)]
 pub(super) struct TexelCount(u64);
 
 impl TexelCount {
-    /// Adds the texels of one more image. `name` makes the name of the image if a message needs it.
+    /// Adds the number of texels of one more image. `name` returns the name of this image for the error, and is called only
+    /// then.
     ///
     /// # Errors
-    /// The scene's images have more than [`MAX_TEXELS`] texels with this one.
+    /// With this image, the images of the scene have more than [`MAX_TEXELS`] texels.
     pub fn add(&mut self, texels: u64, name: impl FnOnce() -> String) -> Result<()> {
         self.0 = self.0.saturating_add(texels);
         if self.0 <= MAX_TEXELS {
@@ -65,7 +68,7 @@ impl TexelCount {
 }
 
 /// Decodes images, several at a time in parallel, and returns them in the order of `encoded`. `count` is the number of
-/// texels of the scene's images so far, and increases by the texels of these images.
+/// texels of the scene's images so far; the texels of these images are added to it.
 ///
 /// # Errors
 /// An image is not a PNG, JPEG or WebP file, is damaged, or is larger than [`MAX_SIZE`]; the scene's images have more than
@@ -99,8 +102,9 @@ pub(super) fn decode(
     Ok(images)
 }
 
-/// The number of images that are decoded next in parallel, at least 1. `sizes` has the number of texels of each image that
-/// is not decoded yet. A batch has at most [`TEXELS_AT_ONCE`] texels and one image per thread.
+/// The number of images that are decoded next, in parallel as one batch. `sizes` is the number of texels of each image that
+/// is not decoded yet, in their order. A batch has at most [`TEXELS_AT_ONCE`] texels, at most one image per thread, and at
+/// least one image.
 fn batch_length(sizes: &[u64]) -> usize {
     let mut texels = 0;
     let fitting = sizes.iter().take_while(|size| {
@@ -111,7 +115,8 @@ fn batch_length(sizes: &[u64]) -> usize {
 }
 
 impl Encoded<'_> {
-    /// The name of the image in messages: its element and, if it has a name, the name in parentheses.
+    /// The name of the image in messages: the element of the scene's file that contains or names it, such as `image 3`,
+    /// followed by the image's own name in parentheses, if it has one.
     fn label(&self) -> String {
         match self.name.as_str() {
             "" => self.what.clone(),
@@ -128,21 +133,21 @@ impl Encoded<'_> {
         self.wrong(format!("cannot be decoded: {cause}; export it again"))
     }
 
-    /// Runs `work`, which decodes this image or a part of it. A panic, which damaged data can cause in a decoder, becomes an
-    /// error.
+    /// Runs `work`, which decodes this image or its header. If `work` panics, as a decoder may on damaged data, this
+    /// function returns an error that the image is damaged.
     fn guarded<T>(&self, work: impl FnOnce(&Self) -> Result<T>) -> Result<T> {
         caught(|| work(self)).unwrap_or_else(|| Err(self.damaged("it is damaged")))
     }
 
-    /// The number of texels of the image, from the header of its file. Fails if the header is damaged, or if the width or
-    /// height is not within 1 and [`MAX_SIZE`].
+    /// The number of texels of the image, computed from width and height in the header of its file. Fails if the header is
+    /// damaged, or if the width or the height is not within 1 and [`MAX_SIZE`].
     fn texels(&self) -> Result<u64> {
         let (width, height) = self.decoder()?.0.dimensions();
         Ok(u64::from(width) * u64::from(height))
     }
 
-    /// A decoder that has read the header of the file, and the format of the file. Fails if the format is not PNG, JPEG or
-    /// WebP, or if the width or height is not within 1 and [`MAX_SIZE`].
+    /// A decoder that has read the header of the file but no texels yet, and the format of the file. Fails if the format is
+    /// not PNG, JPEG or WebP, if the header is damaged, or if the width or the height is not within 1 and [`MAX_SIZE`].
     fn decoder(&self) -> Result<(impl ImageDecoder, ImageFormat)> {
         let mut reader = ImageReader::new(Cursor::new(&*self.bytes))
             .with_guessed_format()
@@ -190,8 +195,8 @@ impl Encoded<'_> {
     }
 }
 
-/// True if a JPEG file contains its end marker, so that it is not cut off. End markers inside segments, for example of the
-/// preview that a photograph contains, do not count.
+/// True if the content `bytes` of a JPEG file is not cut off, because it contains the end marker of the image. A photograph
+/// may contain a small preview image in a segment of its file; end markers inside segments do not count.
 fn is_whole_jpeg(bytes: &[u8]) -> bool {
     const END: u8 = 0xD9;
     // These markers have no segment; 0 stands for a byte of data, and FF before a marker for nothing.
@@ -215,8 +220,9 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
     }
 }
 
-/// True if a WebP file is not cut off: it has the length that its header states, plus the first eight bytes, which the
-/// header does not count. One byte less is accepted, because the padding byte at the end may be absent.
+/// True if the content `bytes` of a WebP file is not cut off, because it has at least the length that its header states. The
+/// stated length does not include the first eight bytes of the file. One byte less is accepted, because some programs leave
+/// out the padding byte at the end.
 fn is_whole_webp(bytes: &[u8]) -> bool {
     let length = bytes.get(4..).and_then(|bytes| bytes.first_chunk());
     length

@@ -1,4 +1,4 @@
-//! Reads a scene from a file of any supported format.
+//! Reads a scene from a file of any supported format: glTF or OBJ.
 
 use super::progress::{Progress, Watch, Watched};
 use super::scene_folder::SceneFolder;
@@ -10,19 +10,19 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-/// The maximum size of a glTF file, in bytes, not counting buffers and images in files of their own. It is the maximum
-/// length that a GLB file can state, since the field has 32 bits.
+/// The maximum size of a glTF file, in bytes, not counting buffers and images in files of their own. It is the largest
+/// length that a GLB file can state, because the length in its header has 32 bits.
 const MAX_BYTES: u64 = u32::MAX as u64;
 
-/// The memory that the scene of an OBJ file is assumed to take, in bytes per byte of the file. If less memory is free, the
-/// file is refused before it is read.
+/// The memory that the scene of an OBJ file is assumed to take, in bytes per byte of the file. If less memory than this is
+/// free, the file is refused before it is read.
 const OBJ_RATIO: u64 = 4;
 
-/// Reads and validates a scene from the file `path`: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`). Files outside of
-/// the scene's folder and missing image files are errors.
+/// Reads and validates a scene from the file `path`: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`). If the scene
+/// names files outside of its folder or image files that are missing, this is an error.
 ///
-/// For any content this returns either a scene that passes [`Scene::validate`], with a notice for each assumption and
-/// omission, or an error of one line that names the file, the element and a remedy.
+/// For any content of the file this returns either a scene that passes [`Scene::validate`], or an error of one line that
+/// names the file, the element and a remedy. The notices of the scene list what the reader assumed and what it left out.
 ///
 /// # Errors
 /// The file has another extension or cannot be read, its content is not a valid scene, or there is not enough memory for it.
@@ -30,11 +30,11 @@ pub fn load(path: &Path) -> Result<Scene> {
     load_watched(path, Options::default(), &mut |_, _, _| Ok(()))
 }
 
-/// The same as [`load`], but with the user's permissions `options` for missing image files and for files outside of the
-/// scene's folder, and with reports of the progress to `watch`.
+/// Reads and validates a scene from the file `path`, as [`load`] does. `options` are the user's permissions for missing
+/// image files and for files outside of the scene's folder; `watch` is called with the progress of the loading.
 ///
 /// # Errors
-/// The errors of [`load`], and an error that `watch` returns, which ends the loading.
+/// The errors of [`load`] that `options` do not permit, and an error that `watch` returns, which ends the loading.
 pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Result<Scene> {
     let extension = path
         .extension()
@@ -72,7 +72,8 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
         })
 }
 
-/// Opens the scene's file, and adds its size to the bytes that `progress` expects. Returns the file and its size in bytes.
+/// Opens the scene's file, and adds its size to the number of bytes that `progress` expects to be read. Returns the open
+/// file and its size in bytes.
 fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
     let file = input_files::open(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
@@ -80,7 +81,8 @@ fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
     Ok((file, length))
 }
 
-/// Reads the whole content of a glTF file. Fails if the file has more than [`MAX_BYTES`] bytes or cannot be read.
+/// Reads the whole content of a glTF file, and reports to `progress`. Fails if the file has more than [`MAX_BYTES`] bytes,
+/// cannot be read, or is larger than the free memory.
 fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
     let (file, length) = open_file(path, progress)?;
     if length > MAX_BYTES {
@@ -105,7 +107,8 @@ fn finished(mut scene: Scene, path: &Path) -> Scene {
     scene
 }
 
-/// The error that the scene's file cannot be read, without its path: [`load_watched`] puts the path in front of it.
+/// The error that the scene's file cannot be read because of `cause`. Its text does not contain the path, because
+/// [`load_watched`] puts the path in front of it.
 fn unreadable(cause: std::io::Error) -> Error {
     Error::input(format!("cannot be read: {cause}"))
 }

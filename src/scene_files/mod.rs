@@ -1,4 +1,4 @@
-//! Scenes in files: glTF, OBJ and environments are read, binary glTF is written.
+//! Scenes in files: reads scenes from glTF and OBJ files, reads environments, and writes scenes as binary glTF.
 
 mod environments;
 pub mod export;

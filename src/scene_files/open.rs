@@ -1,4 +1,5 @@
-//! Opens a scene by its name, which is either that of a procedural scene, with parameters, or the path of a file.
+//! Opens a scene by its name. A name is either that of a procedural scene, with parameters after a colon, or the path of a
+//! file.
 
 use super::{Options, Watch, load_watched};
 use crate::scene::Scene;
@@ -6,21 +7,22 @@ use crate::{Error, Result, procedural};
 use std::path::Path;
 
 impl Scene {
-    /// Generates the procedural scene with this name, such as `cornell` or `cornell:KEY=VALUE,…`, or loads the file at this
-    /// path.
+    /// Opens the scene `name`: generates the procedural scene with this name, such as `cornell` or `cornell:KEY=VALUE,…`, or
+    /// loads the file at this path.
     ///
     /// # Errors
-    /// There is neither a procedural scene nor a readable file with this name, a parameter is unknown or out of range, or
-    /// the file is not a valid scene.
+    /// There is neither a procedural scene nor a readable file with this name, a parameter of the procedural scene is
+    /// unknown or out of range, or the file is not a valid scene.
     pub fn open(name: &str) -> Result<Self> {
         Self::open_watched(name, Options::default(), &mut |_, _, _| Ok(()))
     }
 
-    /// The same as [`Self::open`], but with the user's permissions `options` for missing image files and for files outside
-    /// of the scene's folder, and with reports of the progress to `watch`. Both have no effect on a procedural scene.
+    /// Opens the scene `name` as [`Self::open`] does. `options` are the user's permissions for missing image files and for
+    /// files outside of the scene's folder; `watch` is called with the progress of the loading. Both have no effect on a
+    /// procedural scene.
     ///
     /// # Errors
-    /// The errors of [`Self::open`], and an error that `watch` returns, which ends the loading.
+    /// The errors of [`Self::open`] that `options` do not permit, and an error that `watch` returns, which ends the loading.
     pub fn open_watched(name: &str, options: Options, watch: &mut Watch<'_>) -> Result<Self> {
         if let Some((name, parameters)) = as_procedural(name) {
             return procedural::generate(name, &parse_parameters(name, parameters)?);
@@ -35,9 +37,9 @@ pub fn file_of(name: &str) -> Option<&Path> {
     as_procedural(name).is_none().then(|| Path::new(name))
 }
 
-/// The name of a procedural scene and the text of its parameters after the colon, which may be empty. `None` if `name` is
-/// the path of a file. A bare word without extension and folder always counts as the name of a procedural scene; a file with
-/// such a name can be given as `./NAME`.
+/// Splits the name of a procedural scene, such as `cornell:KEY=VALUE`, into the part before the colon and the text of the
+/// parameters, which may be empty. `None` if `name` is the path of a file. A single word without extension or folder always
+/// counts as a procedural scene, even if there is none with this name; a file with such a name can be given as `./NAME`.
 fn as_procedural(name: &str) -> Option<(&str, &str)> {
     let (bare, parameters) = name.split_once(':').unwrap_or((name, ""));
     if procedural::list().iter().any(|scene| scene.name == bare) {
@@ -49,8 +51,9 @@ fn as_procedural(name: &str) -> Option<(&str, &str)> {
     bare_word.then_some((name, ""))
 }
 
-/// The parameters of a procedural scene as pairs of key and value, from a text such as `KEY=VALUE,KEY=VALUE`. `name` is the
-/// scene's name for messages. Fails if a part has no `=`.
+/// The parameters of a procedural scene as pairs of key and value, in the order of `text`, which has the form
+/// `KEY=VALUE,KEY=VALUE`. Keys and values are not checked here. Fails if a part between commas has no `=`; `name` is the
+/// scene's name in the error.
 fn parse_parameters(name: &str, text: &str) -> Result<Vec<(String, String)>> {
     let parts = text.split(',').filter(|part| !part.is_empty());
     let parse = |part: &str| {
@@ -64,8 +67,8 @@ fn parse_parameters(name: &str, text: &str) -> Result<Vec<(String, String)>> {
     parts.map(parse).collect()
 }
 
-/// Checks, before long work, that the scene `name` can probably be opened with [`Scene::open`]: the file exists, or the
-/// procedural scene and its parameters do. The scene is neither read nor generated.
+/// Checks, before long work, that the scene `name` can probably be opened with [`Scene::open`]. It checks that the file
+/// exists, or that the procedural scene exists and its parameters are valid. The scene is neither read nor generated.
 ///
 /// # Errors
 /// There is no procedural scene with this name, a parameter is unknown or out of range, or there is no plain file at this

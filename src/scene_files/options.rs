@@ -1,13 +1,15 @@
 //! The user's permissions for loading a scene.
 
-/// The user's permissions for loading a scene. By default nothing is permitted: a missing image file is an error, and so is
-/// a file outside of the scene's folder.
+/// The user's permissions for loading a scene from a file. By default nothing is permitted: a missing image file is an
+/// error, and so is a file outside of the scene's folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// True: if image files of textures are missing, the scene is loaded without these textures, with a notice. False: a
-    /// missing image file is an error.
+    /// True: if image files of textures are missing, the scene is loaded without these textures, with a notice. An image
+    /// file outside of the scene's folder then counts as missing, unless `allow_outside` is true. False: a missing image
+    /// file is an error.
     pub allow_missing: bool,
-    /// True: buffers, textures and MTL files that the scene names are also opened outside of the scene's folder. False: such
-    /// a file is refused, because a scene from elsewhere must not show other files of this machine.
+    /// True: the buffers, textures and MTL files that a scene names are opened even if they lie outside of the scene's
+    /// folder. False: such a file is not opened, because a scene from another person must not make other files of this
+    /// machine visible.
     pub allow_outside: bool,
 }

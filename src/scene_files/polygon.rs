@@ -1,15 +1,16 @@
-//! Cuts polygons into triangles.
+//! Cuts polygons, such as the faces of an OBJ file, into triangles.
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// The maximum number of corners of a concave polygon that is cut by ear clipping, which would take too long for more.
-/// Concave polygons with more corners are cut as a fan, whose triangles may overlap or lie outside of the polygon.
+/// The maximum number of corners of a concave polygon that is cut by ear clipping, whose time grows too much for more. A
+/// concave polygon with more corners is cut as a fan, whose triangles may overlap or lie outside of the polygon.
 const MAX_EAR_CLIPPING_CORNERS: usize = 512;
 
-/// Cuts a polygon of n corners into n − 2 triangles. For each triangle it calls `triangle` with three indices into `points`.
-/// A convex polygon is cut as a fan around its first corner, a concave one by ear clipping, unless it has more than
-/// [`MAX_EAR_CLIPPING_CORNERS`] corners. A polygon that crosses itself or is far from planar has no correct triangulation,
-/// but still yields n − 2 triangles.
+/// Cuts a polygon of n corners into n − 2 triangles, or into none if n is below 3. `points` are the corners in their order
+/// around the polygon; for each triangle, `triangle` is called with three indices into `points`. A convex polygon is cut as
+/// a fan around its first corner, a concave one by ear clipping, unless it has more than [`MAX_EAR_CLIPPING_CORNERS`]
+/// corners. A polygon that crosses itself or is far from planar has no correct triangulation, but still yields n − 2
+/// triangles.
 pub(super) fn triangulate(points: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
     let count = points.len();
     if (4..=MAX_EAR_CLIPPING_CORNERS).contains(&count) {
@@ -39,26 +40,28 @@ fn is_convex(corners: &[DVec2]) -> bool {
     (0..count).all(|i| turns_left([i, (i + 1) % count, (i + 2) % count]))
 }
 
-/// A search for the ears of a polygon: corners that can be cut off, because no other corner lies in the triangle with their
-/// two neighbours. The state of a corner is kept from cut to cut until it can change. Without this, each cut would test all
-/// pairs of corners, which takes too long in a file with thousands of polygons.
+/// A search for the ears of a polygon. A corner is an ear, and can be cut off as a triangle, if no other corner lies in the
+/// triangle that it forms with its two neighbours. What was found out about a corner is stored until a cut can change it.
+/// Otherwise each cut would test all pairs of corners again, which takes too long in a file with thousands of polygons.
 struct Ears<'a> {
     corners: &'a [DVec2],
-    /// The indices of the corners that are not cut off yet, in the order of the polygon.
+    /// The indices, into `corners`, of the corners that are not cut off yet, in their order around the polygon.
     left: Vec<usize>,
     is_left: Vec<bool>,
     known: Vec<Known>,
 }
 
-/// What is known of a corner in the search for ears, so that it is not tested again after each cut.
+/// What the search for ears has found out about a corner, so that the corner is not tested again after each cut.
 #[derive(Clone, Copy)]
 enum Known {
     Nothing,
     Ear,
-    /// The corner is not an ear as long as both neighbours stay, because its inner angle is at least 180°.
+    /// The corner is not an ear, because its inner angle is at least 180°. This is true until one of its neighbours is cut
+    /// off.
     Reflex,
-    /// The corner is not an ear until the corner with this index is cut off, because that corner lies in the triangle of
-    /// this one and its two neighbours. If several corners lie there, it is the one with the smallest index.
+    /// The corner is not an ear, because the corner with this index lies in the triangle that this corner forms with its
+    /// neighbours. This is true until that corner or a neighbour is cut off. If several corners lie in the triangle, it is
+    /// the one with the smallest index.
     Blocked(usize),
 }
 
@@ -72,8 +75,8 @@ impl<'a> Ears<'a> {
         }
     }
 
-    /// Cuts off the first ear. Returns the indices of the corner before it, of the ear, and of the corner after it, which
-    /// form a triangle; `None` if no corner is an ear.
+    /// Cuts off the first ear in the order of [`Self::left`]. Returns the indices of the corner before the ear, of the ear,
+    /// and of the corner after it: the triangle that is cut off. `None` if no corner is an ear.
     fn cut_first(&mut self) -> Option<[usize; 3]> {
         let position = (0..self.left.len()).find(|&position| self.is_ear(position))?;
         let [before, ear, after] = self.around(position);
@@ -84,7 +87,8 @@ impl<'a> Ears<'a> {
         Some([before, ear, after])
     }
 
-    /// The index of the corner at `position` in [`Self::left`], between the indices of its two neighbours.
+    /// The indices of three corners: that at `position` in [`Self::left`] in the middle, and its neighbours before and after
+    /// it.
     fn around(&self, position: usize) -> [usize; 3] {
         let count = self.left.len();
         [
@@ -121,13 +125,15 @@ impl<'a> Ears<'a> {
     }
 }
 
-/// Twice the area of the triangle `a`, `b`, `c`: positive if the corners run counter-clockwise, negative if clockwise.
+/// Twice the signed area of the triangle `a`, `b`, `c`: positive if the corners run counter-clockwise, negative if they run
+/// clockwise, 0 if they lie on a line.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// The polygon's corners in two dimensions, in the order of `points`. They are projected along the coordinate axis that
-/// gives the largest area, and mirrored if needed, so that they run counter-clockwise. The first corner is the origin.
+/// The polygon's corners projected to two dimensions, in the order of `points`, relative to the first corner. The polygon is
+/// projected along the coordinate axis that makes its projected area the largest, and mirrored if needed, so that its
+/// corners run counter-clockwise.
 fn flatten(points: &[Vec3]) -> Vec<DVec2> {
     let origin = points.first().map_or(DVec3::ZERO, |p| p.as_dvec3());
     let points: Vec<DVec3> = points.iter().map(|p| p.as_dvec3() - origin).collect();
@@ -161,8 +167,8 @@ mod tests {
         triangles
     }
 
-    /// The signed areas of the triangles that a polygon is cut into, seen along `normal`. If all are positive and their sum
-    /// is the polygon's area, no triangle lies outside.
+    /// The signed area of each triangle that the polygon `points` is cut into, as seen from the direction to which `normal`
+    /// points. If all areas are positive and their sum is the polygon's area, no triangle lies outside of the polygon.
     fn areas(points: &[Vec3], normal: Vec3) -> Vec<f32> {
         cut(points)
             .into_iter()
@@ -173,7 +179,8 @@ mod tests {
             .collect()
     }
 
-    /// An L-shaped polygon of area 3 as 2D points. Its first corner is the one with the inner angle above 180°.
+    /// The six corners of an L-shaped polygon with the area 3, counter-clockwise in 2D. The first corner is the one whose
+    /// inner angle is above 180°.
     const L: [[f32; 2]; 6] = [
         [1.0, 1.0],
         [1.0, 2.0],
@@ -217,8 +224,8 @@ mod tests {
         }
     }
 
-    /// The triangles of the simplest ear clipping, as indices into `points`: after each cut it searches from the first
-    /// corner again. [`cut`] must return the same triangles.
+    /// The triangles, as indices into `points`, that a simple and slow ear clipping makes: after each cut it tests all
+    /// corners again, from the first one on. The tests compare [`cut`] with it, which must return the same triangles.
     fn cut_plainly(points: &[Vec3]) -> Vec<[usize; 3]> {
         let corners = flatten(points);
         let mut left: Vec<usize> = (0..points.len()).collect();

@@ -1,4 +1,4 @@
-//! Progress of loading a scene, reported to a callback.
+//! The progress of loading a scene, which loaders report to a callback of the user.
 
 use super::scene_folder::{SceneFile, unreadable};
 use crate::base::input_files;
@@ -6,21 +6,22 @@ use crate::{Error, Result};
 use std::fs::File;
 use std::io::Read;
 
-/// The step of loading a scene that a report of progress is about. It determines the unit of the report's numbers.
+/// What the loader of a scene does when it reports progress. It determines the unit of the numbers in the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Reading the scene's file and the files that it names. Progress and total are in bytes.
+    /// Reading the scene's file and the files that it names. Progress and total are numbers of bytes.
     Reading,
-    /// Decoding the meshes of a glTF file. Progress and total are numbers of meshes.
+    /// Converting the meshes of a glTF file. Progress and total are numbers of meshes.
     Decoding,
 }
 
-/// A callback that receives the current step of loading, its progress and its total, in the unit of the step. The total may
-/// grow as files name further files. An error that the callback returns ends the loading.
+/// A callback that receives the current step of loading, the progress of this step and its total, both in the unit of the
+/// step. The total may grow while files are read that name further files. If the callback returns an error, the loading ends
+/// with this error.
 pub type Watch<'a> = dyn FnMut(Step, u64, u64) -> Result<()> + 'a;
 
-/// The callback that receives the progress of loading a scene, and the numbers of bytes for it: those read so far, and the
-/// total of all files of the scene that are known so far.
+/// The callback that receives the progress of loading a scene, with two numbers of bytes to report: the bytes read so far,
+/// and the total size of all files of the scene that are known so far.
 pub(super) struct Progress<'a> {
     watch: &'a mut Watch<'a>,
     read: u64,
@@ -36,24 +37,26 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Adds `bytes` to the total number of bytes to read, because one more file will be read.
+    /// Adds `bytes`, the size of one more file that will be read, to the total number of bytes.
     pub(super) fn expect(&mut self, bytes: u64) {
         self.to_read = self.to_read.saturating_add(bytes);
     }
 
-    /// Reports the bytes read so far to the callback. Loaders call this function between long pieces of work, so that the
-    /// user can end the loading: then the callback returns an error, and so does this function.
+    /// Reports to the callback how many bytes were read so far. Loaders call this function between long pieces of work, so
+    /// that the user can end the loading: in this case the callback returns an error, and this function returns the same
+    /// error.
     pub(super) fn pause(&mut self) -> Result<()> {
         (self.watch)(Step::Reading, self.read, self.to_read)
     }
 
-    /// Reports to the callback that `done` of `total` meshes are decoded. Returns the callback's error.
+    /// Reports to the callback that `done` of `total` meshes of a glTF file are converted. If the callback returns an error,
+    /// this function returns the same error.
     pub(super) fn decoded(&mut self, done: usize, total: usize) -> Result<()> {
         (self.watch)(Step::Decoding, done as u64, total as u64)
     }
 }
 
-/// An open file that adds all bytes read from it to the progress of loading, and reports them.
+/// An open file that is read through this type. Each read adds its bytes to the progress of loading and reports it.
 pub(super) struct Watched<'p, 'a> {
     file: File,
     progress: &'p mut Progress<'a>,
@@ -75,8 +78,8 @@ impl Read for Watched<'_, '_> {
     }
 }
 
-/// Reads the first `at_most` bytes of a file that a scene names, or the whole file if it is shorter. `what` is the element
-/// of the scene that names the file, for messages.
+/// Reads the first `at_most` bytes of a file that a scene names, or the whole file if it is shorter, and reports the
+/// progress. `what` is the element of the scene that names the file, for messages.
 ///
 /// # Errors
 /// The file cannot be read, there is not enough memory for it, or the callback of `progress` returns an error.

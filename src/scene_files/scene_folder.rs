@@ -1,9 +1,9 @@
-//! Opens files that a scene names. Only files in the scene's folder are opened, unless the user permits others: a scene from
-//! elsewhere must not show other files of this machine.
+//! Opens the files that a scene names, such as images. Only files in the scene's folder are opened, unless the user permits
+//! others, because a scene from another person must not make other files of this machine visible.
 //!
-//! A link that leads out of the folder is treated like `..`. The path to a file is walked from the folder without following
-//! links, so that a link that is inserted between the check and the opening is refused too. Hard links and mounts inside of
-//! the folder are part of it.
+//! A symbolic link whose target is outside of the folder is refused, like a path that leaves the folder by `..`. All links
+//! are resolved and checked first. Then the resolved path is opened folder by folder without following links, so that a link
+//! that another program inserts after the check is refused too. Hard links and mounts inside of the folder are part of it.
 
 use super::Options;
 use crate::base::input_files;
@@ -15,63 +15,66 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 
-/// The flags with which the folders on the way to a file are opened. With `PATH`, which only Linux has, the user needs the
-/// right to pass through a folder, but not the right to read it.
+/// The flags with which the folders on the path to a file are opened. Linux alone has `PATH`: with it, the user needs the
+/// right to pass through a folder, but not the right to list its files.
 #[cfg(target_os = "linux")]
 const THROUGH: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
 #[cfg(not(target_os = "linux"))]
 const THROUGH: OFlags = OFlags::DIRECTORY;
 
-/// The folder of a scene's file, with the user's permissions. It opens the files that the scene names.
+/// The folder that contains a scene's file, with the user's permissions for loading the scene. It opens the files that the
+/// scene names.
 #[derive(Clone, Copy)]
 pub(super) struct SceneFolder<'a> {
     path: &'a Path,
     pub options: Options,
 }
 
-/// A plain file that a scene names, opened for reading.
+/// A plain file that a scene names, opened for reading. A folder, a pipe, a socket or a device is an error.
 pub(super) struct SceneFile {
     pub file: File,
-    /// The size of the file when it was opened, in bytes.
+    /// The size of the file in bytes, at the time when it was opened.
     pub length: u64,
     /// The device number and the inode number of the file. They identify it under any of its names, so that no file is read
     /// twice.
     pub id: (u64, u64),
-    /// The path under which the file was found, relative to the scene's folder. If the scene gave several paths for the
-    /// file, it is the first one that exists.
+    /// The path under which the file was found, relative to the scene's folder. If the scene states several possible paths
+    /// for the file, it is the first one that exists.
     pub name: PathBuf,
 }
 
-/// The result of the search for a file under one or more names.
+/// The result of the search for a file under one or more possible paths.
 enum Lookup {
     Found(SceneFile),
     Missing,
-    /// No file was found in the folder, and the name given here leads out of the folder. The user has not permitted this.
+    /// No file was found in the folder, and this path, one of those that the scene states, leads out of the folder. The user
+    /// has not permitted files outside of the folder.
     Outside(PathBuf),
 }
 
 impl<'a> SceneFolder<'a> {
     /// The folder at `path`, which contains the scene's file; an empty path is the current folder. If the scene's file is a
-    /// link, `path` is the folder that contains the link.
+    /// link, `path` must be the folder that contains the link, not that of its target.
     pub const fn new(path: &'a Path, options: Options) -> Self {
         Self { path, options }
     }
 
-    /// Opens the first existing file among `names`, which are paths relative to the folder; `None` if none exists. `what` is
-    /// the element that names the file, for messages.
+    /// Opens the first existing file among `names`, which are possible paths of one file, relative to the folder. `None` if
+    /// none of them exists. `what` is the element of the scene that names the file, for messages.
     ///
     /// # Errors
-    /// If the user does not permit files outside of the folder: all names lead out of it, or one does by a link while no
-    /// other name is found. In any case: the file cannot be opened or is not a plain file.
+    /// The file cannot be opened or is not a plain file. Or the user does not permit files outside of the folder, and either
+    /// all paths lead out of the folder, or one leads out of it by a link while none of the others exists.
     pub fn open(&self, what: &str, names: &[PathBuf]) -> Result<Option<SceneFile>> {
         self.look_up(what, names)?.or_refused(what)
     }
 
-    /// [`Self::open`] for a file without which the scene can be loaded, such as an image. If the user permits missing files,
-    /// a file outside of the folder counts as missing (`None`) instead of being an error.
+    /// Opens a file as [`Self::open`] does, but one without which the scene can be loaded, such as an image. If the user
+    /// permits missing files, a file outside of the folder is treated as missing (`None`), which is an error of
+    /// [`Self::open`].
     ///
     /// # Errors
-    /// The errors of [`Self::open`].
+    /// The other errors of [`Self::open`].
     pub fn open_dispensable(&self, what: &str, names: &[PathBuf]) -> Result<Option<SceneFile>> {
         match self.look_up(what, names)? {
             Lookup::Outside(_) if self.options.allow_missing => Ok(None),
@@ -114,8 +117,8 @@ impl<'a> SceneFolder<'a> {
         Ok(outside.map_or(Lookup::Missing, Lookup::Outside))
     }
 
-    /// Opens a plain file by its path relative to the folder, without following a link that is inserted meanwhile. `None` if
-    /// a link on the way leads out of the folder.
+    /// Opens a plain file in the folder by its path relative to the folder. `None` if a symbolic link on this path leads out
+    /// of the folder. Fails if another program inserts a link into the path after it was checked.
     fn open_inside(&self, name: &Path) -> io::Result<Option<File>> {
         let folder = match self.path.as_os_str().is_empty() {
             true => Path::new("."),
@@ -157,8 +160,8 @@ impl Lookup {
     }
 }
 
-/// True if this error of opening a file means that the file does not exist. A name that is too long counts too, since no
-/// file can have it.
+/// True if this kind of error, which an attempt to open a file returned, means that the file does not exist. A path that is
+/// too long for the system counts too, since no file can have it.
 fn is_absence(kind: ErrorKind) -> bool {
     matches!(
         kind,
@@ -166,13 +169,15 @@ fn is_absence(kind: ErrorKind) -> bool {
     )
 }
 
-/// The error that the file `name` cannot be read because of `cause`. `what` is the element of the scene that names it.
+/// The error that the file at `name`, its path relative to the scene's folder, cannot be read because of `cause`. `what` is
+/// the element of the scene that names the file.
 pub(super) fn unreadable(what: &str, name: &Path, cause: &dyn std::fmt::Display) -> Error {
     let name = quoted(&name.to_string_lossy());
     Error::input(format!("{what}: cannot read {name}: {cause}"))
 }
 
-/// The same relative path without `.` and `..`; `None` if it is absolute or leads out of the folder from which it starts.
+/// Resolves `.` and `..` in a relative path by its text alone. `None` if the path is absolute or leads out of the folder to
+/// which it is relative.
 fn normalized(path: &Path) -> Option<PathBuf> {
     let mut plain = PathBuf::new();
     for part in path.components() {

@@ -1,32 +1,36 @@
-//! Compiles GLSL to SPIR-V with `shaderc`: at build time the embedded shaders, at run time the shaders of tests and those
-//! that a user edits.
+//! Compiles GLSL to SPIR-V with `shaderc`: at build time the shaders that the program contains, at run time the shaders of
+//! tests and those in a folder that a user edits.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// The text of GLSL files, by the path that `#include` uses, such as `core/random.glsl` or `passes/primary.comp`.
+/// The texts of GLSL files. The key of a text is the path that `#include` uses, such as `core/random.glsl` or
+/// `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
 
-/// The compiler of the process, or the reason why it could not be made. It is never dropped: dropping the last compiler
-/// drops the tables of GLSL's built-in functions, and building them again takes most of the time of a compilation.
+/// The only compiler of the process, or a message why it could not be made. It is never dropped: when the last compiler is
+/// dropped, `shaderc` also drops the tables of GLSL's built-in functions, and building them again takes most of the time of
+/// a compilation.
 static COMPILER: LazyLock<Result<shaderc::Compiler, String>> =
     LazyLock::new(|| shaderc::Compiler::new().map_err(|e| e.to_string()));
 
-/// The first line of files that each compilation includes only once.
+/// The first line of a file that each compilation includes only once, however many files include it. `shaderc` does not
+/// support this line, so [`compile`] treats it.
 const ONCE: &str = "#pragma once\n";
 
-/// The debug information that the compiler writes into SPIR-V.
+/// The amount of debug information in the compiled SPIR-V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Debug {
-    /// Names of variables, functions and bindings only.
+    /// Only the names of variables, functions and bindings, which the program needs to bind buffers by name.
     Names,
-    /// Names, the text of the source, and the line of each instruction, which profilers and debuggers show.
+    /// The names, the text of the source, and the source line of each instruction. Profilers and debuggers show them.
     Lines,
 }
 
-/// Reads all `.glsl` and `.comp` files below a folder, at any depth, with paths relative to the folder.
+/// Reads all `.glsl` and `.comp` files in a folder and in its subfolders, at any depth. The keys of the result are their
+/// paths relative to the folder.
 ///
 /// # Errors
 /// A folder or a file cannot be read, or a file is not UTF-8.
@@ -48,8 +52,9 @@ pub fn read_folder(folder: &Path) -> std::io::Result<Sources> {
     Ok(sources)
 }
 
-/// The passes in the sources, as pairs of pass and file. Each file that ends in `.comp` is a pass, named like the file
-/// without folder and ending.
+/// The passes (compute shaders) among the sources, as pairs of the name of the pass and the path of its file. Each file that
+/// ends in `.comp` is one pass. The name is the file's name without folder and ending, such as `primary` for
+/// `passes/primary.comp`.
 pub fn passes(sources: &Sources) -> impl Iterator<Item = (&str, &str)> {
     sources.keys().filter_map(|file| {
         let path = file.strip_suffix(".comp")?;
@@ -57,15 +62,15 @@ pub fn passes(sources: &Sources) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The path of the file of a pass; `None` if there is no such pass.
+/// The path of the file of the pass with the name `pass`; `None` if `sources` contain no such pass.
 pub fn pass_file<'a>(pass: &str, sources: &'a Sources) -> Option<&'a str> {
     passes(sources)
         .find(|(name, _)| *name == pass)
         .map(|(_, file)| file)
 }
 
-/// The paths of a file and of all files that it includes, directly or not. The build compiles a pass again if one of them
-/// changes.
+/// The path `name` and the paths of all files that the file at `name` includes, directly or through other files; paths that
+/// are not in `sources` are left out. The build compiles a pass again if one of these files changes.
 pub fn closure<'a>(name: &'a str, sources: &'a Sources) -> BTreeSet<&'a str> {
     let mut found = BTreeSet::new();
     let mut open = vec![name];
@@ -83,12 +88,12 @@ pub fn closure<'a>(name: &'a str, sources: &'a Sources) -> BTreeSet<&'a str> {
     found
 }
 
-/// Compiles one compute shader to SPIR-V 1.5 (Vulkan 1.2), as 32-bit words. `name` is the path in messages, `defines` are
-/// pairs of macro and value.
+/// Compiles one compute shader with the text `source` to SPIR-V 1.5 (Vulkan 1.2), and returns it as 32-bit words. `name` is
+/// the shader's path in messages; `defines` are pairs of the name and the value of a macro.
 ///
-/// Names are kept and no optimiser runs: binding by name needs the names, and drivers optimise anyway. Bindings get their
-/// binding numbers automatically. A file that begins with `#pragma once` is included once; includes are named from the root
-/// of `includes`.
+/// The names of variables and bindings stay in the SPIR-V, because the program binds buffers by name. No optimiser runs,
+/// because drivers optimise anyway. Binding numbers are assigned automatically. The paths after `#include` are keys of
+/// `includes`; a file that begins with `#pragma once` is included once.
 ///
 /// # Errors
 /// The shader does not compile, causes a warning, or includes a file that does not exist; the message of the compiler names
@@ -102,7 +107,7 @@ pub fn compile(
     compile_with(name, source, includes, defines, Debug::Names)
 }
 
-/// Compiles one compute shader as [`compile`] does, with the debug information that `debug` selects.
+/// Compiles one compute shader as [`compile`] does; `debug` selects the amount of debug information in the result.
 ///
 /// # Errors
 /// The errors of [`compile`].

@@ -1,18 +1,19 @@
 //! The macros that declare structures, constants and enumerations once for Rust and GLSL.
 //!
-//! [`gpu_struct!`](crate::gpu_struct) declares a `#[repr(C)]` structure and generates its GLSL text;
-//! [`gpu_constants!`](crate::gpu_constants) declares constants, [`gpu_enum!`](crate::gpu_enum) enumerations and
-//! [`gpu_specialisation!`](crate::gpu_specialisation) specialisation constants, each with its GLSL text. Both sides use the
-//! scalar block layout, in which a member is aligned like its components: `#[repr(C)]` gives this layout to the types below,
-//! but not to SIMD types (`Vec3A`, `Vec4`, matrices), which are therefore left out.
+//! [`gpu_struct!`](crate::gpu_struct) declares a `#[repr(C)]` structure, [`gpu_constants!`](crate::gpu_constants) constants,
+//! [`gpu_enum!`](crate::gpu_enum) an enumeration, and [`gpu_specialisation!`](crate::gpu_specialisation) specialisation
+//! constants. Each macro also generates the GLSL text of its declarations. Both languages use the scalar block layout, in
+//! which a member is aligned like its components. For the types in this file, `#[repr(C)]` gives the same layout. For SIMD
+//! types (`Vec3A`, `Vec4`, matrices) it does not, so they cannot be used.
 
 use std::fmt::Write;
 
-/// A Rust type that has a GLSL type with the same size and alignment under the scalar block layout.
+/// A Rust type that a shared structure can contain, because GLSL has a type with the same size and the same alignment under
+/// the scalar block layout.
 pub trait GlslType: bytemuck::Pod {
-    /// The name of the GLSL type; for an array, of its elements.
+    /// The name of the GLSL type, such as `vec3`; for an array, the type of its elements.
     const GLSL: &'static str;
-    /// The number of elements of an array, or 0 for a type that is no array.
+    /// The number of elements if the type is an array, otherwise 0.
     const LENGTH: usize = 0;
 }
 
@@ -34,32 +35,35 @@ where
     const LENGTH: usize = N;
 }
 
-/// One member of a shared structure, at its byte offset in Rust; a test compares it with the offset in SPIR-V.
+/// One member of a structure that Rust and GLSL share. Tests compare its offset, which is that in Rust, with the offset in
+/// the compiled shaders (SPIR-V).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Member {
     /// The name of the member in Rust and GLSL.
     pub name: &'static str,
-    /// The GLSL type of the member; for an array, of its elements.
+    /// The GLSL type of the member, such as `vec3`; for an array, the type of its elements.
     pub glsl: &'static str,
-    /// The number of elements of an array, or 0 for a member that is no array.
+    /// The number of elements if the member is an array, otherwise 0.
     pub length: usize,
-    /// The offset of the member from the start of the structure, in bytes.
+    /// The offset of the member from the start of the structure in Rust, in bytes.
     pub offset: usize,
 }
 
-/// The layout of a structure that [`gpu_struct!`](crate::gpu_struct) declared, from which its GLSL text is generated.
+/// The layout of a structure that [`gpu_struct!`](crate::gpu_struct) declared. The GLSL text of the structure is generated
+/// from it.
 #[derive(Clone, Copy, Debug)]
 pub struct StructLayout {
     /// The name of the structure in Rust and GLSL.
     pub name: &'static str,
-    /// The size of the structure in bytes, which is also its stride in arrays.
+    /// The size of the structure in bytes. It is also the distance between consecutive elements in an array of the
+    /// structure.
     pub size: usize,
-    /// The members in the order of declaration.
+    /// The members of the structure in the order of their declaration.
     pub members: &'static [Member],
 }
 
 impl StructLayout {
-    /// The declaration of the structure in GLSL: `struct NAME { … };`.
+    /// The declaration of the structure as GLSL text: `struct NAME { … };`, with one member per line.
     pub fn glsl(&self) -> String {
         let mut text = format!("struct {} {{\n", self.name);
         for member in self.members {
@@ -75,12 +79,12 @@ impl StructLayout {
 
 /// A structure that [`gpu_struct!`](crate::gpu_struct) declared for both Rust and GLSL.
 pub trait GpuStruct: bytemuck::Pod {
-    /// The name, size and members of the structure.
+    /// The name, the size and the members of the structure.
     const LAYOUT: StructLayout;
 }
 
-/// Declares a structure for Rust and GLSL: the `#[repr(C)]` Rust type, and its layout, from which the GLSL text and the
-/// comparison with SPIR-V are made.
+/// Declares a structure for Rust and GLSL: the `#[repr(C)]` Rust type, and a description of its layout. The GLSL text is
+/// generated from this description, and tests compare the description with the compiled shaders (SPIR-V).
 #[macro_export]
 macro_rules! gpu_struct {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -109,13 +113,15 @@ macro_rules! gpu_struct {
     };
 }
 
-/// Declares `u32` and `f32` constants for Rust and GLSL, and the function `constants_glsl` that returns their GLSL text.
+/// Declares `u32` and `f32` constants for Rust and GLSL. It also declares the function `constants_glsl`, which returns their
+/// GLSL text.
 #[macro_export]
 macro_rules! gpu_constants {
     ($($(#[$meta:meta])* pub const $name:ident: $type:ident = $value:expr;)*) => {
         $($(#[$meta])* pub const $name: $type = $value;)*
 
-        /// The shared constants as GLSL text, one `const` declaration per line.
+        /// The constants that Rust and GLSL share, as GLSL text: one `const` declaration per line, in the order of
+        /// declaration.
         pub fn constants_glsl() -> String {
             let mut text = String::new();
             $(text += &$crate::declare::constant_glsl(
@@ -128,8 +134,8 @@ macro_rules! gpu_constants {
     };
 }
 
-/// Declares an enumeration for Rust and GLSL. In GLSL its variants are `uint` constants named `ENUMERATION_VARIANT`,
-/// numbered from 0 in the order of declaration.
+/// Declares an enumeration for Rust and GLSL. In GLSL its variants are `uint` constants named `ENUMERATION_VARIANT`, whose
+/// values count from 0 in the order of declaration.
 #[macro_export]
 macro_rules! gpu_enum {
     ($(#[$meta:meta])* pub enum $name:ident {
@@ -140,7 +146,7 @@ macro_rules! gpu_enum {
         pub enum $name { $($(#[$variant_meta])* $variant,)* }
 
         impl $name {
-            /// The variants as GLSL text, one `uint` constant per line.
+            /// The variants of the enumeration as GLSL text: one `uint` constant per line, in the order of declaration.
             pub fn glsl() -> String {
                 let mut text = String::new();
                 $(text += &$crate::declare::constant_glsl(
@@ -161,11 +167,12 @@ macro_rules! gpu_enum {
     };
 }
 
-/// A type that a specialisation constant can have; its value is one 32-bit word.
+/// A type that the value of a specialisation constant can have. Vulkan receives the value as one 32-bit word.
 pub trait SpecialisationValue {
-    /// The name of the GLSL type, `uint` or `bool`.
+    /// The name of the GLSL type: `uint` or `bool`.
     const GLSL: &'static str;
-    /// The value as the 32-bit word that Vulkan expects: a number itself, and 0 or 1 for `bool`.
+    /// The value as the 32-bit word that Vulkan expects: a number as it is, a `bool` as 0 or 1, an enumeration as the index
+    /// of its variant.
     fn word(self) -> u32;
 }
 
@@ -183,21 +190,22 @@ impl SpecialisationValue for bool {
     }
 }
 
-/// A specialisation constant that [`gpu_specialisation!`](crate::gpu_specialisation) declared, with its value.
+/// A specialisation constant of a shader, with its value. [`gpu_specialisation!`](crate::gpu_specialisation) makes one for
+/// each field of its structure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SpecialisationConstant {
-    /// The name of the constant in GLSL, in capitals.
+    /// The name of the constant in GLSL: the name of its field in capitals.
     pub name: String,
-    /// The name of the GLSL type, `uint` or `bool`.
+    /// The name of the GLSL type of the constant: `uint` or `bool`.
     pub glsl: &'static str,
-    /// The `constant_id` of the constant: the index of its field in the structure.
+    /// The `constant_id` of the constant in GLSL, which is the index of its field in the structure.
     pub id: u32,
-    /// The value of the constant as a 32-bit word.
+    /// The value of the constant as a 32-bit word; a `bool` is 0 or 1.
     pub word: u32,
 }
 
 impl SpecialisationConstant {
-    /// The GLSL declaration of the constant as one line, with its value as the default.
+    /// The declaration of the constant as one line of GLSL text. Its current value becomes the default in GLSL.
     pub fn glsl(&self) -> String {
         let value = match (self.glsl, self.word) {
             ("bool", 0) => "false".to_owned(),
@@ -209,8 +217,8 @@ impl SpecialisationConstant {
     }
 }
 
-/// Declares all specialisation constants as one structure of fields with defaults. In GLSL each field is a constant with its
-/// name in capitals; its `constant_id` is the index of the field in the structure.
+/// Declares all specialisation constants of the shaders as one structure, whose fields have default values. In GLSL each
+/// field is a constant, named like the field but in capitals. Its `constant_id` is the index of the field in the structure.
 #[macro_export]
 macro_rules! gpu_specialisation {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -227,7 +235,7 @@ macro_rules! gpu_specialisation {
         }
 
         impl $name {
-            /// All constants with the values of these fields, in the order of the fields.
+            /// All specialisation constants with the values of this structure's fields, in the order of the fields.
             pub fn constants(&self) -> Vec<$crate::declare::SpecialisationConstant> {
                 let fields = [$((
                     stringify!($field),
@@ -240,7 +248,7 @@ macro_rules! gpu_specialisation {
                 }).collect()
             }
 
-            /// The GLSL declarations of all constants with their defaults, one per line.
+            /// The declarations of all specialisation constants with their default values as GLSL text, one per line.
             pub fn glsl() -> String {
                 Self::default().constants().iter().map(|constant| constant.glsl()).collect()
             }
@@ -248,7 +256,7 @@ macro_rules! gpu_specialisation {
     };
 }
 
-/// Converts a name in `CamelCase` to `UPPER_SNAKE_CASE`, as GLSL constants are named.
+/// Converts a name from `CamelCase`, as Rust types are named, to `UPPER_SNAKE_CASE`, as GLSL constants are named.
 pub fn upper_snake_case(name: &str) -> String {
     let mut text = String::new();
     for (index, letter) in name.char_indices() {
@@ -260,11 +268,11 @@ pub fn upper_snake_case(name: &str) -> String {
     text
 }
 
-/// The value of a constant that Rust and GLSL share, as [`constant_glsl`] writes it.
+/// The value of a constant that Rust and GLSL share. [`constant_glsl`] writes it as GLSL text.
 pub enum Number {
-    /// An unsigned integer, written with the suffix `u`.
+    /// An unsigned integer, which GLSL text marks with the suffix `u`.
     Uint(u32),
-    /// A float, written with so many digits that GLSL reads the same bits.
+    /// A float, written in GLSL text with enough digits that GLSL reads exactly the same value.
     Float(f32),
 }
 
@@ -280,7 +288,8 @@ impl From<f32> for Number {
     }
 }
 
-/// The GLSL declaration of one constant of the type `glsl`, as one line.
+/// The declaration of one constant as one line of GLSL text: `const TYPE NAME = VALUE;`. `glsl` is the name of its GLSL
+/// type.
 pub fn constant_glsl(name: &str, glsl: &str, value: Number) -> String {
     match value {
         Number::Uint(value) => format!("const {glsl} {name} = {value}u;\n"),

@@ -1,275 +1,316 @@
-//! The constants that a frame gives to its passes: the view, the settings of reuse, and the part of the picture that a
-//! dispatch works on.
+//! The constants that the program writes for the passes of a frame: the camera, the settings of resampling, and the part of
+//! the picture that a dispatch works on.
 
 use crate::TILE;
 use glam::{UVec2, Vec2, Vec3};
 
 crate::gpu_struct! {
-    /// A pinhole camera, from which shaders make primary rays and to which they project points.
+    /// A pinhole camera. Shaders compute primary rays from it, and project points to the picture with it.
     pub struct GpuCamera {
-        /// Position relative to the scene's origin, in device units.
+        /// Position of the camera relative to the scene's origin, in the device's unit of length.
         pub position: Vec3,
-        /// Vector to the right whose length is half the width of the image plane at distance 1.
+        /// Vector to the right in world space. Its length is half the width of the image plane at distance 1 from the
+        /// camera.
         pub right: Vec3,
-        /// Upward vector whose length is half the height of the image plane at distance 1.
+        /// Vector upwards in world space. Its length is half the height of the image plane at distance 1 from the camera.
         pub up: Vec3,
-        /// Unit viewing direction, from the camera to the centre of the picture.
+        /// Unit viewing direction in world space, from the camera to the centre of the picture.
         pub forward: Vec3,
     }
 }
 
 crate::gpu_struct! {
-    /// The camera, the picture size, the seed, and the limits of paths: the constants that all integrators read.
+    /// The camera, the size of the picture, the seed, and the limits of paths: the constants that the passes of every
+    /// integrator (path tracing and ReSTIR) read.
     pub struct ViewConstants {
-        /// Camera of this frame.
+        /// Camera of the current frame.
         pub camera: GpuCamera,
         /// Width of the picture in pixels.
         pub width: u32,
         /// Height of the picture in pixels.
         pub height: u32,
-        /// Number of CPU threads among which the device splits a dispatch into contiguous ranges, or 1 on a GPU. Shaders
-        /// interleave workgroups by it, so that no thread gets only the easy part of the picture.
+        /// Number of CPU threads among which a CPU device splits a dispatch into contiguous ranges of workgroups; 1 on a
+        /// GPU. Shaders distribute the workgroups of each range over the whole picture, so that no thread gets only easy
+        /// parts such as the sky.
         pub interleave: u32,
-        /// Seed of the run, from which all random numbers follow.
+        /// Seed of the run. Together with frame, pixel and random stream it determines all random numbers.
         pub seed: u32,
-        /// Maximum number of scattering events of a path: 0 shows emitters only, 1 is direct light.
+        /// Maximum number of scattering events of a path. 0: only emitters that the camera sees directly are visible; 1:
+        /// direct light is added; more: indirect light is added.
         pub bounces: u32,
-        /// Number of scattering events from which on Russian roulette is used: after this event and each later one, the path
-        /// may end at random.
+        /// Number of the first scattering event, counted from 1, after which Russian roulette may end the path at random. It
+        /// may also end the path after each later event.
         pub roulette_start: u32,
-        /// Minimum probability, in (0, 1], with which a path continues after Russian roulette; it limits the weight of
-        /// survivors.
+        /// Minimum probability, in (0, 1], with which Russian roulette continues a path. The light of a continued path is
+        /// divided by the probability, so this minimum limits its weight.
         pub roulette_floor: f32,
     }
 }
 
 crate::gpu_struct! {
-    /// Constants of the passes of path tracing, and of the pass that makes the AOVs of primary surfaces.
+    /// Constants of the passes of path tracing, and of the pass that computes the AOVs of the surfaces that the camera sees.
     pub struct FrameConstants {
         /// Camera, picture size, seed and limits of paths.
         pub view: ViewConstants,
-        /// Index of the first sample per pixel in this dispatch, which selects the random numbers.
+        /// Index of the first sample of each pixel that this dispatch adds, counted from the start of the run. It selects
+        /// the random numbers of the sample.
         pub first_sample: u32,
-        /// Number of samples per pixel in this dispatch.
+        /// Number of samples that this dispatch adds to each pixel.
         pub samples: u32,
-        /// 1: primary rays pass through random points of the pixel (box filter); 0: through its centre.
+        /// 1: the primary ray of each sample passes through a random point of its pixel (box filter); 0: through the pixel's
+        /// centre.
         pub jitter: u32,
-        /// The MIS heuristic, as a value of [`Heuristic`](crate::Heuristic).
+        /// The MIS heuristic that weighs light samples against BSDF rays: the index of a variant of
+        /// [`Heuristic`](crate::Heuristic).
         pub heuristic: u32,
-        /// 1 if light that was scattered exactly once is left out of the picture, otherwise 0.
+        /// 1: direct light, which was scattered exactly once, is left out of the picture; 0: the picture contains all light.
         pub without_direct_light: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The settings by which a pass draws light candidates and reuses reservoirs, for direct or for indirect light.
+    /// The settings by which a pass draws light candidates and reuses reservoirs. A pass of direct light and a pass of
+    /// indirect light get different values.
     pub struct ReuseConstants {
-        /// 1 if candidates among all lights are drawn with the same probability for each light, 0 if in proportion to power.
+        /// 1: a candidate that is drawn among all lights selects each light with the same probability; 0: in proportion to
+        /// the light's power.
         pub uniform_candidates: u32,
-        /// Number of light samples per pixel and frame for direct light, per path vertex for indirect light.
+        /// Number of light samples: per pixel and frame for direct light, per path vertex for indirect light.
         pub light_samples: u32,
-        /// Probability, in [0, 1], of a separate candidate among rare lights, those far dimmer than the others; used only
-        /// with the specialisation constant `RARE_LIGHTS`.
+        /// For direct light, the minimum probability that the separate candidate of a pixel among rare lights gets its
+        /// shadow ray. For indirect light, the probability that a path vertex draws a rare light instead of its usual light
+        /// samples. Rare lights are far dimmer than the others; without the specialisation constant `RARE_LIGHTS` this is
+        /// unused.
         pub rare_lights: f32,
-        /// Number of the light samples that are drawn from the light BVH at points where it finds lights. These samples come
-        /// before the others.
+        /// Number of the first light samples that are drawn from the light BVH; the light samples after them are drawn among
+        /// all lights. At points where the light BVH finds no light, all are drawn among all lights.
         pub near_samples: u32,
         /// Fraction, in [0, 1], of the light samples that are drawn from the light BVH: `near_samples` / `light_samples`.
-        /// For a single light sample, it is the probability that this sample is drawn from the light BVH.
+        /// With a single light sample, it is the probability that this sample is drawn from the light BVH.
         pub near_fraction: f32,
-        /// Maximum confidence of the previous frame's reservoir in a merge, in units of an initial reservoir. A higher cap
-        /// means less noise, but older errors.
+        /// Maximum confidence with which the previous frame's reservoir enters a merge; 1 is the confidence of an initial
+        /// reservoir. A larger value means less noise, but errors of older frames stay longer.
         pub temporal_confidence_cap: f32,
-        /// Maximum confidence of a neighbour's reservoir in a merge, in units of an initial reservoir.
+        /// Maximum confidence with which a neighbour's reservoir enters a merge; 1 is the confidence of an initial
+        /// reservoir.
         pub spatial_confidence_cap: f32,
-        /// Maximum number of neighbours that a spatial pass merges in a pixel with a history, that is, whose reservoir
-        /// contains one of the previous frame. For other pixels, the specialisation constant `NEIGHBOURS` is the maximum.
+        /// Maximum number of neighbours that a spatial pass merges in a pixel with a history, which means that its reservoir
+        /// already contains one of the previous frame. For pixels without a history, the specialisation constant
+        /// `NEIGHBOURS` is the maximum.
         pub neighbours: u32,
-        /// Maximum confidence of the merged reservoir of a pixel without a history, in units of an initial reservoir. These
-        /// pixels share noise with their neighbours, and the limit keeps it from staying for many frames.
+        /// Maximum confidence that the merged reservoir of a pixel without a history may have afterwards; 1 is the
+        /// confidence of an initial reservoir. Such pixels merge many of the same samples, so they share their noise. The
+        /// limit prevents this noise from staying for many frames.
         pub confidence_without_history: f32,
-        /// Maximum number of random pixels that the search for neighbours tries, per neighbour.
+        /// Maximum number of random pixels that the search for neighbours tries for each wanted neighbour. With more than 1,
+        /// another pixel replaces one whose surface is too different.
         pub tries: u32,
-        /// Radius in pixels of the disc around the pixel in which neighbours are searched.
+        /// Radius, in pixels, of the disc around a pixel in which its neighbours are searched.
         pub radius: f32,
-        /// Minimum cosine between the normals of two surfaces that may share samples.
+        /// Minimum cosine between the normals of two surfaces that may reuse each other's samples.
         pub min_normal_cosine: f32,
-        /// Maximum difference between the camera distances of two surfaces that may share samples, as a fraction of the
-        /// pixel's distance.
+        /// Maximum difference between the distances of two surfaces from the camera, as a fraction of the distance of the
+        /// pixel's own surface. Surfaces with a larger difference do not reuse each other's samples.
         pub depth_tolerance: f32,
-        /// 1 if two surfaces may share samples only if they have the same material, otherwise 0.
+        /// 1: two surfaces may reuse each other's samples only if they have the same material; 0: their materials do not
+        /// matter.
         pub same_material: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// Constants of the hash grid, a light sampler that keeps reservoirs of direct light in cells of space.
+    /// Constants of the hash grid. It is a light sampler that stores reservoirs of direct light in cells of space; pixels
+    /// merge the reservoirs of their cell with their own light samples.
     pub struct GridConstants {
-        /// Side of a cell: in pixels where pixels fill the grid, otherwise in the device's unit of length. Larger cells have
-        /// more reservoirs in common, which fit each pixel less well.
+        /// Side of a cell of space: in pixels of the picture if pixels fill the grid, in the device's unit of length if a
+        /// list of points does. In larger cells, more pixels merge the same reservoirs, which fit each pixel less well.
         pub cell: f32,
-        /// Number of bins of normals along each side of the octahedral map; a cell has `bins`² bins. 1: normals do not
-        /// matter.
+        /// Number of bins into which each side of the octahedral map of normals is divided, so that a cell has `bins`² bins.
+        /// Pixels merge only reservoirs of their own bin. 1: normals do not matter.
         pub bins: u32,
-        /// Number of slots for reservoirs in the whole grid, a power of two, because the shaders mask hashes with it.
+        /// Number of slots for reservoirs in the whole grid. It is a power of two, because the shaders mask hashes to find a
+        /// slot.
         pub slots: u32,
-        /// Number of surfaces that claim slots: one per block of pixels, or the length of the list of points.
+        /// Number of surfaces that claim a slot in order to fill it with a reservoir: one per block of pixels, or one per
+        /// point of the list of points.
         pub sources: u32,
-        /// Maximum number of reservoirs per bin of a cell.
+        /// Maximum number of reservoirs in each bin of a cell, among which pixels select at random.
         pub reservoirs: u32,
-        /// Number of light candidates from which each reservoir of the grid selects its sample.
+        /// Number of light candidates from which the sample of each reservoir of the grid is selected.
         pub candidates: u32,
-        /// Maximum number of reservoirs of the grid that a pixel merges with its light samples.
+        /// Maximum number of reservoirs of the grid that a pixel merges with its own light samples.
         pub merged: u32,
-        /// Confidence of each merged reservoir; 1 is the confidence of all candidates of the pixel together.
+        /// Confidence with which each reservoir of the grid enters a merge; 1 is the confidence of all candidates of the
+        /// pixel together.
         pub confidence: f32,
-        /// Index of the first frame in which pixels no longer merge reservoirs of the grid, because their history is better
-        /// by then; `u32::MAX`: they always merge them.
+        /// Index of the first frame in which pixels no longer merge reservoirs of the grid, because the reservoirs of the
+        /// previous frame are better by then. `u32::MAX`: pixels merge them in every frame.
         pub until_frame: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// Device addresses of the two buffers of one frame's world reservoirs; zeros in shader variants that do not use
-    /// addresses.
+    /// Device addresses of the two buffers that store the world reservoirs of one frame. They are zero in shader variants
+    /// that access these buffers by bindings instead of addresses.
     pub struct WorldAddresses {
-        /// Address of the array of `GpuGridPoint`, one per path vertex: lower word, upper word.
+        /// Address of the array of `GpuGridPoint` (surface points), with one entry per path vertex; x is the lower and y the
+        /// upper word.
         pub points: UVec2,
-        /// Address of the array of `GpuWorldSample`, one per path vertex: lower word, upper word.
+        /// Address of the array of `GpuWorldSample` (light samples), with one entry per path vertex; x is the lower and y
+        /// the upper word.
         pub samples: UVec2,
     }
 }
 
 crate::gpu_struct! {
-    /// Constants of world reservoirs: reservoirs of direct light at path vertices in cells of space, which vertices of the
-    /// next frame merge.
+    /// Constants of world reservoirs. A world reservoir is a reservoir of direct light that a path vertex stores in its cell
+    /// of space; path vertices of the next frame in this cell merge it with their own light sample.
     pub struct WorldConstants {
-        /// Addresses of the reservoirs that vertices of the previous frame stored; vertices of this frame merge them.
+        /// Addresses of the reservoirs that path vertices of the previous frame stored. Vertices of the current frame merge
+        /// them.
         pub previous: WorldAddresses,
-        /// Addresses of the reservoirs that vertices of this frame store for the next frame.
+        /// Addresses to which path vertices of the current frame write their reservoirs, for the next frame.
         pub current: WorldAddresses,
-        /// Side of a cell of space, in pixels of the picture; a cell far from the camera is larger in the scene.
+        /// Side of a cell of space, measured in pixels of the picture: a cell that is far from the camera is larger in the
+        /// scene.
         pub cell: f32,
-        /// Number of bins of normals along each side of the octahedral map; a cell has `bins`² bins. 1: normals do not
-        /// matter.
+        /// Number of bins into which each side of the octahedral map of normals is divided, so that a cell has `bins`² bins.
+        /// Vertices merge only reservoirs of their own bin. 1: normals do not matter.
         pub bins: u32,
-        /// Width, in cells, of the range around a vertex from which it selects a cell at random, so that borders of cells do
-        /// not show.
+        /// Width, in cells, of the random offset that is added to the position of a vertex before its cell is looked up.
+        /// Neighbouring vertices then use different cells, so that the borders of cells do not show in the noise.
         pub jitter: f32,
-        /// Maximum number of reservoirs of the previous frame that a vertex merges.
+        /// Maximum number of reservoirs of the previous frame that a vertex merges with its own light sample.
         pub merged: u32,
-        /// Maximum confidence of each merged reservoir; 1 is the confidence of all light samples of a vertex together.
+        /// Maximum confidence with which each reservoir of the previous frame enters a merge; 1 is the confidence of all
+        /// light samples of a vertex together.
         pub confidence_cap: f32,
-        /// 1 if a vertex stores the sample that its merge selected, 0 if it stores the sample that its own light candidates
-        /// selected. With 1, vertices still store the latter if a channel of their diffuse albedo is at most 0.01 or if
-        /// their shading normal differs from the geometric normal.
+        /// 1: a vertex stores the sample that its merge selected, for the next frame; 0: it stores the sample that was
+        /// selected among its own light samples. With 1, a vertex still stores the latter if a channel of its diffuse albedo
+        /// is at most 0.01, or if its shading normal differs from its geometric normal.
         pub keeps_merged: u32,
-        /// Number of vertices per path that have world reservoirs, from the second vertex on.
+        /// Number of vertices per path that store and merge world reservoirs, beginning with the path's second vertex (the
+        /// surface that the first ray hits after the surface that the camera sees).
         pub depth: u32,
-        /// Number of world reservoirs in the buffers of a frame: `depth` for each pixel slot.
+        /// Number of path vertices that may store a world reservoir in a frame: `depth` for each slot for a pixel. The
+        /// buffers of a frame have one entry for each of them.
         pub vertices: u32,
-        /// Number of buckets of the table that finds cells by key: a power of two, because the shaders mask keys with it.
+        /// Number of buckets of the hash table that maps the key of a cell to the cell's list of vertices. It is a power of
+        /// two, because the shaders mask keys to find a bucket.
         pub buckets: u32,
-        /// Number of slots for cells per bucket of that table.
+        /// Number of slots in each bucket of the hash table; each slot can store one cell.
         pub bucket_slots: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// One level of a prefix sum: its values in the buffer, and the position of the sums of its blocks of `PREFIX_BLOCK`
-    /// values. These sums are the values of the next level.
+    /// Push constants for one level of a prefix sum in a buffer. A level is an array of values, which is divided into blocks
+    /// of `PREFIX_BLOCK` values. The sums of these blocks are the values of the next level.
     pub struct PrefixLevel {
-        /// Index of the level's first value in the buffer.
+        /// Index in the buffer of the first value of the level.
         pub first: u32,
         /// Number of values of the level.
         pub count: u32,
-        /// Index in the buffer of the sum of the level's first block; the sums of the next blocks follow.
+        /// Index in the buffer at which the sum of the level's first block is stored; the sums of the next blocks follow.
         pub sums: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// Constants of the passes of resampling, rewritten for every frame, and for direct and indirect light separately.
+    /// Constants of the passes of resampling (ReSTIR). The program writes them for every frame, separately for direct and
+    /// for indirect light.
     pub struct RestirConstants {
-        /// Camera, picture size, seed and limits of paths.
+        /// Camera of the current frame, picture size, seed and limits of paths.
         pub view: ViewConstants,
-        /// Camera of the previous frame, for reprojection and for cells of world reservoirs.
+        /// Camera of the previous frame. Shaders use it to find where a surface was in the previous picture, and to find the
+        /// cells of that frame's world reservoirs.
         pub previous_camera: GpuCamera,
-        /// 1 if primary rays pass through varying points of their pixels, 0 if they pass through the centres.
+        /// 1: primary rays pass through points of their pixels that change in every frame; 0: they pass through the centres.
         pub jitters: u32,
         /// Point of the pixel (0, 0) through which its primary ray passes in this frame: coordinates in [0, 1), to the right
-        /// and down. Other pixels add an offset that depends on their coordinates, modulo 1.
+        /// and down. Each other pixel adds its own constant offset to this point, modulo 1. Without meaning if `jitters` is
+        /// 0.
         pub jitter: Vec2,
-        /// Point of the pixel (0, 0) through which its primary ray passed in the previous frame, as for `jitter`.
+        /// The value of `jitter` in the previous frame, from which the primary rays of that frame are computed again.
         pub previous_jitter: Vec2,
-        /// Number of slots for pixels in a buffer with one entry per pixel. If the order of pixels uses tiles, it is more
-        /// than the number of pixels.
+        /// Number of entries in a buffer with one entry per pixel. If the order of pixels uses tiles, it is larger than the
+        /// number of pixels, because incomplete tiles at the edge count as whole.
         pub slots: u32,
-        /// Index of the frame, from 0, which selects the random numbers.
+        /// Index of the frame, counted from 0; it selects the random numbers of the frame.
         pub frame: u32,
-        /// Maximum ratio between the solid angles that a unit of area at a path's second vertex has from two surface points.
-        /// Points with a larger ratio do not share the path. Below 1: no limit.
+        /// Limit for sharing a path between two surface points. A unit of area at the path's second vertex has a different
+        /// solid angle as seen from each of the points; if the ratio of the larger to the smaller is above the limit, the
+        /// path is not shared. Below 1: no limit.
         pub jacobian_limit: f32,
-        /// Minimum distance from a surface point to a reused second vertex, as a fraction of the point's distance from the
-        /// camera. Paths with a closer second vertex are not shared.
+        /// Minimum distance between a surface point and the second vertex of a path that it reuses, as a fraction of the
+        /// point's distance from the camera. Paths with a closer second vertex are not shared.
         pub min_distance: f32,
-        /// Number of BSDF candidates of direct light per pixel and frame.
+        /// Number of BSDF rays that each pixel traces per frame as candidates of direct light.
         pub bsdf_samples: u32,
-        /// Maximum number of additional BSDF candidates. Pixels get them if their lobes are narrow, or if pilots (stored
-        /// first BSDF rays) near them found bright light.
+        /// Maximum number of BSDF rays that a pixel traces beyond `bsdf_samples`. A pixel gets more of them if its lobes are
+        /// narrow, or if the pilots (first BSDF rays) of pixels near it found bright light.
         pub more_bsdf_samples: u32,
         /// Mean luminance of emissive triangles and environment, weighted by power, in the device's unit of radiance; 0 if
-        /// there are neither. The brightness that a pilot (a stored first BSDF ray) found is measured in this unit.
+        /// there are neither. The brightness of what a pilot (the first BSDF ray of a pixel) found is divided by it, to
+        /// decide about additional BSDF rays.
         pub mean_light_luminance: f32,
-        /// Number of nodes of the light BVH; the entries of the light BVH begin after them in the same buffer.
+        /// Number of nodes of the light BVH. The entries of the light BVH (`GpuLightEntry`) come after the nodes in the same
+        /// buffer.
         pub light_node_count: u32,
-        /// 1 if the light BVH joins lights that are far from a point into groups, so that a draw can select them; 0 if it
-        /// finds a light only at points inside the box of influence of the light's leaf.
+        /// 1: the light BVH joins lights that are far from a point into groups, so that it finds every one of its lights at
+        /// every point. 0: it finds a light only at points inside the box of influence of the light's leaf, outside of which
+        /// the light contributes little.
         pub light_bvh_joins: u32,
-        /// 1 if the lights that the light BVH finds are drawn with the same probability each, 0 if in proportion to their
-        /// expected contribution.
+        /// 1: of the lights that the light BVH finds at a point, each is drawn with the same probability; 0: in proportion
+        /// to what it is expected to contribute there.
         pub light_bvh_uniform: u32,
-        /// Side, in pixels, of the square tiles of the picture, each of which has one light list.
+        /// Side, in pixels, of the square tiles into which the picture is divided. One pixel of each tile draws a light
+        /// list, which pixels near the tile use.
         pub light_tile: u32,
-        /// Number of entries of a light list, each with a light and its probability.
+        /// Number of entries of each light list. An entry is a light and the probability with which it was drawn.
         pub light_list: u32,
-        /// Constants of the hash grid (reservoirs of direct light in cells of space); all zero if there is no hash grid.
+        /// Constants of the hash grid, which stores reservoirs of direct light in cells of space; all zero if there is no
+        /// hash grid.
         pub grid: GridConstants,
-        /// Constants of world reservoirs (reservoirs of path vertices in cells of space); all zero if there are none.
+        /// Constants of world reservoirs, which path vertices store in cells of space; all zero if there are no world
+        /// reservoirs.
         pub world: WorldConstants,
-        /// Settings of candidates and reuse, for the kind of light (direct or indirect) that the pass works on.
+        /// Settings of candidates and reuse for the light of this pass: direct or indirect light.
         pub reuse: ReuseConstants,
     }
 }
 
 crate::gpu_struct! {
-    /// Push constants of one of the spatial passes of a frame.
+    /// Push constants of one spatial pass, which merges each pixel's reservoir with those of neighbours. A frame may have
+    /// several such passes, one after the other.
     pub struct SpatialStep {
-        /// Index of the spatial pass in the frame, from 0; it selects the random numbers.
+        /// Index of the spatial pass in the frame, counted from 0; it selects the random numbers of the pass.
         pub index: u32,
-        /// 1 if the pass also adds the light of the merge to the picture, as the last spatial pass may do; otherwise 0.
+        /// 1: the pass also adds the light of the merge to the picture, which the last spatial pass of a frame can do; 0: a
+        /// later pass adds the light.
         pub shades: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The rows of the picture that a dispatch works on. The buffers of the pass hold the pixels of these rows only.
+    /// The rows of the picture that a dispatch works on. A large picture is divided into such strips, and the buffers of the
+    /// pass contain the pixels of one strip only.
     pub struct Strip {
-        /// Index of the first row, from the top of the picture.
+        /// Index of the first row of the strip, counted from the top of the picture.
         pub first_row: u32,
-        /// Number of rows.
+        /// Number of rows of the strip.
         pub rows: u32,
     }
 }
 
 impl Strip {
-    /// The number of pixels of the strip in a picture of `width` pixels per row.
+    /// The number of pixels of the strip, if the picture is `width` pixels wide.
     pub fn pixels(&self, width: u32) -> usize {
         width as usize * self.rows as usize
     }
 
-    /// The numbers of workgroups along x, y and z that cover the strip, one tile of [`TILE`] × [`TILE`] pixels per
-    /// workgroup.
+    /// The numbers of workgroups along x, y and z for a dispatch that covers the strip, if the picture is `width` pixels
+    /// wide. Each workgroup covers [`TILE`] × [`TILE`] pixels.
     pub fn groups(&self, width: u32) -> [u32; 3] {
         [width.div_ceil(TILE), self.rows.div_ceil(TILE), 1]
     }

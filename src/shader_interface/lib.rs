@@ -3,8 +3,9 @@
 //! build script uses this package to compile the shaders of the folder `glsl`, and the program uses it to fill the buffers
 //! that the shaders read.
 //!
-//! Positions, lengths and radiance in the structures are in the units of the device (`device_scene/units.rs`): powers of two
-//! of the scene's units, in which the brightest light is about 1 and usual instances are about as large as 1.
+//! Positions, lengths and radiance in the structures are in the units of the device (`device_scene/units.rs`). The device's
+//! units of length and radiance are powers of two of the scene's units. In these units the brightest light has a radiance of
+//! about 1, and usual instances have a size of about 1.
 #![warn(missing_docs)]
 
 mod choices;
@@ -39,7 +40,8 @@ pub use variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 
 use declare::{GpuStruct, StructLayout};
 
-/// The layout of every shared structure, in the order of the GLSL text: a structure comes after those that it contains.
+/// The layout of every structure that Rust and the shaders share, in the order in which the GLSL text declares them: each
+/// structure comes after the structures that it contains.
 pub const STRUCTS: &[StructLayout] = &[
     SceneTable::LAYOUT,
     GpuInstance::LAYOUT,
@@ -77,9 +79,9 @@ pub const STRUCTS: &[StructLayout] = &[
     RayBatch::LAYOUT,
 ];
 
-/// The files that are generated for the shaders, as pairs of name and text. `declarations.glsl` has constants, enumerations,
-/// specialisation constants and structures; `scene_buffers.glsl` and `light_bvh_buffer.glsl` have declarations of buffers
-/// and functions that read them.
+/// The GLSL files that are generated for the shaders, as pairs of file name and text. `declarations.glsl` contains
+/// constants, enumerations, specialisation constants and structures. `scene_buffers.glsl` declares the buffers of the scene
+/// and functions that read them; `light_bvh_buffer.glsl` does the same for the buffer of the light BVH.
 pub fn generated() -> [(&'static str, String); 3] {
     let structs: String = STRUCTS.iter().map(StructLayout::glsl).collect();
     let declarations = constants_glsl() + &choices::glsl() + &Specialisation::glsl() + &structs;

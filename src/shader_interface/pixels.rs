@@ -1,141 +1,154 @@
-//! The data of pixels in buffers: primary surfaces, sums of radiance, and the contents of reservoirs for debug AOVs.
+//! The data that shaders store per pixel or per path vertex: primary surfaces, sums of radiance, light samples of world
+//! reservoirs, and the contents of reservoirs for debug AOVs.
 
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3};
 
 crate::gpu_struct! {
-    /// The contents of a pixel's final reservoir in a frame, for debug AOVs.
+    /// The contents of a pixel's reservoir after all merges of a frame, for debug AOVs (additional pictures that show the
+    /// data of resampling).
     pub struct ReservoirAov {
-        /// Unbiased contribution weight; 0 = empty. In squared lengths (scene units after `Renderer::reservoir_aovs`, device
-        /// units in the buffer) for indirect light and for points of triangles; in steradians for the environment; without
-        /// unit for punctual lights.
+        /// Unbiased contribution weight, an estimate of one over the density of the sample; 0 = the reservoir is empty. For
+        /// indirect light and for points of triangles it is an area (scene units after `Renderer::reservoir_aovs`, device
+        /// units in the buffer), for the environment a solid angle in steradians, and for punctual lights a number without
+        /// unit.
         pub weight: f32,
-        /// Confidence: the number of initial reservoirs that the reservoir counts for.
+        /// Confidence: the number of initial reservoirs that the reservoir counts for in a merge.
         pub confidence: f32,
-        /// Number of frames since the sample was drawn; 0 = in this frame.
+        /// Number of frames since the reservoir's sample was drawn; 0 = it was drawn in this frame.
         pub age: u32,
-        /// Index, among lights of all kinds, of the light that the sample reaches; NONE for an empty reservoir, or for a
-        /// path of indirect light that does not reach a light directly from its second vertex.
+        /// Index, among lights of all kinds, of the light that the sample reaches. NONE for an empty reservoir, and for a
+        /// path of indirect light that does not go from its second vertex directly to a light.
         pub light: u32,
-        /// Number of neighbours that the spatial passes of this frame merged into the reservoir; 0 also if origins were not
-        /// kept.
+        /// Number of neighbours that the spatial passes of this frame merged into the reservoir. Also 0 if the renderer was
+        /// made without storing origins (the pixel that drew each sample) in reservoirs.
         pub neighbours: u32,
-        /// Coordinates (x, y) of the pixel that drew the sample, in the picture of the frame in which it was drawn. −1 = the
-        /// reservoir is empty, or origins were not kept.
+        /// Coordinates (x, y) of the pixel that drew the sample, in the picture of the frame in which the sample was drawn.
+        /// (−1, −1) if the reservoir is empty, or if reservoirs do not store origins.
         pub source: Vec2,
-        /// Ratio of the solid angle of the sample, seen from this pixel's surface, to the solid angle seen from the surface
-        /// that drew the sample: the product of the Jacobians of all its shifts. 0 = the reservoir is empty, or origins were
-        /// not kept.
+        /// Ratio of two solid angles of the sample: as seen from this pixel's surface, to that as seen from the surface that
+        /// drew the sample. It is the product of the Jacobians of all shifts of the sample from pixel to pixel. 0 if the
+        /// reservoir is empty, or if reservoirs do not store origins.
         pub jacobian: f32,
     }
 }
 
 crate::gpu_struct! {
-    /// The primary surface of a pixel in 32 bytes. Later passes and the next frame restore the shading point from it.
+    /// The primary surface of a pixel, which is the surface that the camera sees there, packed into 32 bytes. Later passes
+    /// of the frame and the next frame compute the shading point from it.
     pub struct SampleData {
-        /// Distance from the camera to the surface along the unit primary ray, in the device's unit of length.
+        /// Distance from the camera to the surface along the primary ray, in the device's unit of length.
         pub depth: f32,
-        /// Geometric and shading normal, in octahedral coordinates of 22 bits each, and 8 bits with the exponent of the
-        /// distance by which rays begin off the surface.
+        /// Geometric and shading normal in world space, each in octahedral coordinates of 22 bits. The remaining 8 bits are
+        /// the exponent of the distance from the surface at which new rays begin, so that they do not hit the surface
+        /// itself.
         pub packed_normals: UVec3,
-        /// Index of the material in the buffer `materials`.
+        /// Index of the surface's material in the buffer `materials`.
         pub material: u32,
-        /// Index of the instance in the scene; NONE = the pixel shows no surface.
+        /// Index in the scene of the instance to which the surface belongs; NONE = the pixel shows no surface.
         pub instance: u32,
-        /// Base colour (3 × 12 bits, as square roots), metalness (12 bits) and roughness (15 bits) where textures or vertex
-        /// colours decide them; the highest bit is set if the base colour differs from that of the material. 0 in scenes
-        /// without textures and colours.
+        /// Base colour (3 × 12 bits, as square roots), metalness (12 bits) and roughness (15 bits) at this point, with
+        /// textures and vertex colours applied. The highest bit is set if a texture or vertex colours change the base
+        /// colour. All bits are 0 in scenes without textures and vertex colours, where the material has these values.
         pub packed_material: UVec2,
     }
 }
 
 crate::gpu_struct! {
-    /// Sums of radiance and of squared radiance over the samples of a pixel, RGB, in device units. Each sum is an
-    /// unevaluated pair of a leading and a low part, so that the rounding error of f32 does not grow with the number of
-    /// samples.
+    /// Sums over the samples of a pixel of their radiance and of their squared radiance, RGB, in the device's unit of
+    /// radiance. Each sum is stored as two floats, the rounded sum and its rounding error, so that the error of f32 does not
+    /// grow with the number of samples.
     pub struct PixelSums {
-        /// Sum of radiance, leading part.
+        /// Sum of the radiance of all samples, rounded to f32.
         pub sum: Vec3,
-        /// Sum of radiance, rounding error of the leading part.
+        /// Rounding error of `sum`: the exact sum is close to `sum` + `sum_low`.
         pub sum_low: Vec3,
-        /// Sum of squared radiance, leading part.
+        /// Sum of the squared radiance of all samples, rounded to f32, from which the variance is computed.
         pub square: Vec3,
-        /// Sum of squared radiance, rounding error of the leading part.
+        /// Rounding error of `square`: the exact sum of squares is close to `square` + `square_low`.
         pub square_low: Vec3,
     }
 }
 
 crate::gpu_struct! {
-    /// The pixels that a dispatch of the pass `accumulate` works on: consecutive pixels of the picture, row by row from the
-    /// top.
+    /// Push constants of the pass `accumulate`, which adds the radiance of a frame to the sums of each pixel. They select
+    /// consecutive pixels of the picture, in the order row by row from the top.
     pub struct PixelRange {
-        /// Index in the picture of the first pixel.
+        /// Index in the picture of the first pixel of the range. Its sums are the first entry of the buffer of sums.
         pub first_pixel: u32,
-        /// Number of pixels.
+        /// Number of pixels of the range.
         pub pixels: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The surface that the camera sees through the centre of a pixel, for AOVs and denoisers.
+    /// The surface that the camera sees through the centre of a pixel, not packed, for AOVs and denoisers. All fields but
+    /// `motion` have special values for a miss, where the pixel shows no surface.
     pub struct PrimarySurface {
-        /// Sum of diffuse and specular albedo, RGB, by which a denoiser divides radiance; 0 = miss.
+        /// Fraction of light that the surface reflects, RGB: the sum of diffuse and specular albedo, by which a denoiser
+        /// divides radiance; 0 = miss.
         pub albedo: Vec3,
-        /// Unit shading normal in world space, on the side of the camera; 0 = miss.
+        /// Unit shading normal in world space, on the side of the surface that the camera sees; 0 = miss.
         pub normal: Vec3,
-        /// Distance from the camera along the ray; 0 = miss. In scene units after `Renderer::primary_surfaces`, in device
-        /// units in the buffer.
+        /// Distance from the camera to the surface along the ray; 0 = miss. In scene units after
+        /// `Renderer::primary_surfaces`, in the device's unit of length in the buffer.
         pub depth: f32,
-        /// Index of the instance in the scene; NONE = miss.
+        /// Index in the scene of the instance that the camera sees; NONE = miss.
         pub instance: u32,
-        /// Previous minus current position of the surface point in the picture, in pixels, to the right and down. A miss is
-        /// treated as a point at infinite distance. 0 if the point was behind the camera.
+        /// Motion vector in pixels, to the right and down: the position of the surface point in the previous picture minus
+        /// that in the current picture. A miss is treated as a point at infinite distance. 0 if the point is, or was in the
+        /// previous frame, behind the camera.
         pub motion: Vec2,
     }
 }
 
 crate::gpu_struct! {
-    /// Push constants of the pass `tone_map`, which turns one part of a picture into 8-bit sRGB values for displays.
+    /// Push constants of the pass `tone_map`. It converts the radiance of one part of a picture, which is a range of
+    /// consecutive pixels, to 8-bit sRGB values for a display.
     pub struct ToneMap {
-        /// Distance from the radiance of one pixel to that of the next one, in 32-bit words of the radiance buffer.
+        /// Distance in the buffer of radiance from one pixel to the next one, in 32-bit words.
         pub stride: u32,
-        /// Index in the picture of the first pixel of the part.
+        /// Index in the picture of the first pixel of the part, counted row by row from the top.
         pub first_pixel: u32,
         /// Number of pixels of the part.
         pub pixels: u32,
-        /// Factor of radiance before the tone curve: exposure, divided by the number of samples that were added up.
+        /// Factor by which the values in the buffer are multiplied before the tone curve: the exposure factor times the
+        /// device's unit of radiance, divided by the number of samples whose radiance the buffer sums.
         pub scale: f32,
-        /// 1: blue is in the least significant byte of a display word; 0: red is.
+        /// 1: blue is in the least significant byte of the 32-bit word of a pixel; 0: red is. Displays differ in this order.
         pub begins_with_blue: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The light sample of a world reservoir: a reservoir of direct light at a path vertex, which vertices near it merge in
-    /// the next frame.
+    /// The light sample that a path vertex stores in a world reservoir. World reservoirs are reservoirs of direct light in
+    /// cells of space; path vertices in the same cell merge them in the next frame.
     pub struct GpuWorldSample {
-        /// Unbiased contribution weight, an estimate of one over the density of the sample (per area, per solid angle or
-        /// discrete); 0 = empty.
+        /// Unbiased contribution weight, an estimate of one over the density of the sample. The density is per area for
+        /// triangles, per solid angle for the environment, and a probability for punctual lights. 0 = the reservoir is
+        /// empty.
         pub weight: f32,
-        /// Confidence in bits 0 to 13. Bits 24 to 31 have the upper 8 of the 40 bits of the point on the light, for which
-        /// `uv` has no space.
+        /// Confidence of the reservoir in bits 0 to 13. Bits 24 to 31 store the upper 8 of the 40 bits of the point on the
+        /// light, for which `uv` is too small.
         pub history: u32,
-        /// Kind of the light (`LIGHT_…`, from bit `LIGHT_KIND_SHIFT` on), and below it its index: among lights of its kind
-        /// or, for the environment, of the texel.
+        /// Kind of the light (`LIGHT_…`) in the bits from `LIGHT_KIND_SHIFT` on, and its index in the bits below: among the
+        /// lights of its kind or, for the environment, the index of the texel.
         pub light: u32,
-        /// Lower 32 of the 40 bits of the point on the light, 20 bits per coordinate: barycentric weights of the second and
-        /// third corner, or the position within the texel.
+        /// Lower 32 of the 40 bits of the point on the light, 20 bits per coordinate. The two coordinates are the
+        /// barycentric weights of the second and the third corner or, for the environment, the position within the texel.
         pub uv: u32,
     }
 }
 
 impl PixelSums {
-    /// The mean radiance of the pixel, RGB in device units, of `samples` ≥ 1 samples.
+    /// The mean radiance of the pixel, RGB, in the device's unit of radiance. `samples` is the number of samples in the
+    /// sums, at least 1.
     pub fn mean(&self, samples: u32) -> DVec3 {
         (self.sum.as_dvec3() + self.sum_low.as_dvec3()) / f64::from(samples)
     }
 
-    /// The squared standard error of the mean, for each channel, of `samples` ≥ 2 samples; 0 where rounding makes it
-    /// negative.
+    /// The square of the standard error of the pixel's mean radiance, for each RGB channel, in the square of the device's
+    /// unit of radiance. `samples` is the number of samples in the sums, at least 2. 0 where rounding would make the
+    /// variance negative.
     pub fn error_squared(&self, samples: u32) -> DVec3 {
         let n = f64::from(samples);
         let mean = self.mean(samples);

@@ -1,49 +1,54 @@
-//! Lists of rays that the pass `trace_rays` traces, and their hits: for tests, benchmarks and the boxes of the light BVH.
+//! Rays that the pass `trace_rays` traces from a list, and what they hit. Tests and benchmarks of tracers use it, and so
+//! does the light BVH, which measures how far the light of emitters reaches.
 
 use glam::Vec3;
 
 crate::gpu_struct! {
-    /// One ray for the ray-buffer pass (`trace_rays`).
+    /// One ray that the pass `trace_rays` traces. Points on the ray are `origin` + t · `direction`, where t is the ray
+    /// parameter.
     pub struct RayQuery {
-        /// Origin of the ray, relative to the scene's origin: in scene units in a list of rays, in device units in a buffer.
+        /// Origin of the ray, relative to the scene's origin. In scene units in a list of rays that the caller makes, in
+        /// device units in the buffer.
         pub origin: Vec3,
-        /// The upper limit of the ray parameter, in lengths of `direction`: only hits with 0 < t < `t_max` count.
+        /// The upper limit of the ray parameter t, measured in lengths of `direction`. A hit counts only if 0 < t < `t_max`.
         pub t_max: f32,
-        /// Direction of the ray, of any length except 0; a hit lies at `origin` + t · `direction`.
+        /// Direction of the ray in world space. Its length may have any value except 0; t is measured in this length.
         pub direction: Vec3,
-        /// 1: the first hit that is found ends the search, which is sufficient for visibility; 0: the closest hit is found.
+        /// 1: the search ends at the first hit that it finds, which is sufficient for visibility; 0: it finds the closest
+        /// hit.
         pub any: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// The result of one [`RayQuery`], at the same index in its list.
+    /// The result of one [`RayQuery`]. It has the same index in the list of results as the ray in the list of rays.
     pub struct RayHit {
-        /// Ray parameter of the hit, in lengths of the ray's direction; −1 = no hit. With `RayQuery::any`, only hit or no
-        /// hit has meaning.
+        /// Ray parameter t of the hit, measured in lengths of the ray's direction; −1 = no hit. If `RayQuery::any` is 1,
+        /// only its sign has a meaning: hit or no hit.
         pub t: f32,
-        /// Index of the traced instance that was hit; NONE = no hit.
+        /// Index of the hit instance among the traced instances, which exist after meshes are merged; NONE = no hit.
         pub instance: u32,
         /// Index of the hit triangle among the triangles of the instance's mesh, in the order in which the device stores
-        /// them.
+        /// them. Without meaning for a miss.
         pub primitive: u32,
-        /// Barycentric weight, in [0, 1], of the triangle's second corner at the hit.
+        /// Barycentric weight, in [0, 1], of the second corner of the triangle at the hit point.
         pub u: f32,
-        /// Barycentric weight, in [0, 1], of the triangle's third corner at the hit.
+        /// Barycentric weight, in [0, 1], of the third corner of the triangle at the hit point.
         pub v: f32,
-        /// With `RayQuery::any` = 1, the fraction in [0, 1] of light that passes between the ends of the ray. With
-        /// `RayQuery::any` = 0, it is 0 for a hit, and without meaning for a miss.
+        /// If `RayQuery::any` is 1, the fraction, in [0, 1], of light that passes from one end of the ray to the other
+        /// through partly transparent surfaces. If `RayQuery::any` is 0, it is 0 for a hit and has no meaning for a miss.
         pub transmittance: f32,
     }
 }
 
 crate::gpu_struct! {
-    /// Push constants of the ray-buffer pass (`trace_rays`): the rays of one dispatch.
+    /// Push constants of the pass `trace_rays` for one dispatch, which traces the rays of a list.
     pub struct RayBatch {
-        /// Number of rays in the list; invocations beyond it do nothing.
+        /// Number of rays in the list. Invocations of the shader with a larger index do nothing.
         pub count: u32,
-        /// Number of CPU threads among which the device splits a dispatch into contiguous ranges, or 1 on a GPU. The pass
-        /// interleaves the list by it, so that no thread gets only easy rays.
+        /// Number of CPU threads among which a CPU device splits a dispatch into contiguous ranges of workgroups; 1 on a
+        /// GPU. The pass distributes the workgroups of each range over the whole list, so that no thread gets only rays that
+        /// are fast to trace.
         pub interleave: u32,
     }
 }

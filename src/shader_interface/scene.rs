@@ -1,39 +1,47 @@
-//! The elements of a scene as shaders read them: instances, materials, textures, lights, and nodes of the light BVH.
-//! Positions are relative to the scene's origin; lengths and radiance are in the units of the device.
+//! The elements of a scene as shaders read them from buffers: instances, materials, textures, lights, and nodes of the light
+//! BVH. Positions in world space are relative to the scene's origin. Lengths and radiance are in the units of the device,
+//! which are powers of two of the scene's units.
 
 use glam::{UVec2, UVec3, Vec2, Vec3};
 
 crate::gpu_struct! {
-    /// A mesh that is placed in the world by an affine transform.
+    /// A mesh that an affine transform places in the world. The same mesh can have several instances.
     pub struct GpuInstance {
-        /// Columns of the 3×4 transform from the stored positions of the mesh to the world: three axes, then the
+        /// Columns of the 3×4 matrix that transforms the stored positions of the mesh to world space: three axes, then the
         /// translation.
         pub object_to_world: [Vec3; 4],
-        /// Columns of the 3×4 transform from the world to the stored positions of the mesh: three axes, then the
-        /// translation.
+        /// Columns of the 3×4 matrix that transforms positions in world space to the space of the mesh's stored positions:
+        /// three axes, then the translation.
         pub world_to_object: [Vec3; 4],
-        /// Index in the buffer `positions`, in triangles, of the mesh's first triangle.
+        /// Index of the mesh's first triangle in the buffer `positions`, counted in triangles; the mesh's other triangles
+        /// follow.
         pub first_triangle: u32,
-        /// Index in the buffer `corner_directions`, in triangles, of the mesh's first corner normals; NONE for flat shading.
+        /// Index of the normals of the mesh's first triangle in the buffer `corner_directions`, counted in triangles. NONE
+        /// for a mesh without corner normals, which is shaded flat.
         pub first_normal: u32,
-        /// Index in the buffer `triangle_parts`, in triangles, of the mesh's first triangle; NONE if the mesh has one
-        /// material and no lights.
+        /// Index of the mesh's first triangle in the buffer `triangle_parts`, counted in triangles. NONE for a mesh with one
+        /// material that emits no light and was not merged from several meshes, because `material` is then sufficient.
         pub first_part: u32,
-        /// Index in the buffer `nodes` of the root of the mesh's tree, which the compute tracer traverses.
+        /// Index, in the buffer `nodes`, of the root of the tree over the mesh's triangles. The compute tracer traverses
+        /// this tree; 0 if the driver builds the trees (ray query).
         pub root_node: u32,
-        /// Index of the material of all triangles, for a mesh without entries in `triangle_parts`.
+        /// Index in the buffer `materials` of the material of all triangles. It is used only if `first_part` is NONE;
+        /// otherwise `triangle_parts` has the material of each triangle.
         pub material: u32,
-        /// Index in the buffer `lights` of the instance's first emissive triangle; NONE if it emits no light.
+        /// Index in the buffer `lights` of the instance's first emissive triangle; its other emissive triangles follow. NONE
+        /// if the instance emits no light.
         pub first_light: u32,
-        /// Index of the instance in the scene before meshes are merged, as the AOV `instance` shows it.
+        /// Index of the instance in the scene, as the AOV `instance` shows it. If meshes of several instances were merged
+        /// into this one, it is the number to which an offset of each triangle, from `triangle_parts`, is added.
         pub id: u32,
-        /// Index in the buffer `uvs`, in triangles, of the mesh's first triangle, for the first and the second set of
-        /// texture coordinates; NONE for a missing set.
+        /// Indices of the mesh's first triangle in the buffer `uvs`, counted in triangles: x for the first set of texture
+        /// coordinates, y for the second one. NONE for a set that the mesh does not have.
         pub first_uvs: UVec2,
-        /// Index in the buffer `colors`, in triangles, of the mesh's first triangle; NONE for a mesh without vertex colours.
+        /// Index of the mesh's first triangle in the buffer `colors`, counted in triangles; NONE for a mesh without vertex
+        /// colours.
         pub first_color: u32,
-        /// Index in the buffer `corner_directions`, in triangles, of the mesh's first corner tangents; NONE without normal
-        /// maps.
+        /// Index of the tangents of the mesh's first triangle in the buffer `corner_directions`, counted in triangles. NONE
+        /// if no material of the mesh has a normal map, for which tangents are needed.
         pub first_tangent: u32,
         /// Unused; it makes the size a multiple of four words, as `load_instances` in the shaders requires.
         pub padding: u32,
@@ -41,84 +49,94 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// The values of a surface's BSDF, its textures and its alpha, at an index in the buffer `materials`.
+    /// A material in the buffer `materials`: the values of its BSDF, its textures and its alpha.
     pub struct GpuMaterial {
-        /// Linear RGB base colour in [0, 1]: the albedo of the diffuse lobe, and the reflectance of a metal. With
-        /// MATERIAL_UNLIT, it is the radiance that the camera sees.
+        /// Linear RGB base colour in [0, 1]: the albedo of the diffuse lobe, and the reflectance of a metal. If `flags` has
+        /// MATERIAL_UNLIT, it is instead the radiance that the camera sees, in the device's unit.
         pub base_color: Vec3,
-        /// Metalness in [0, 1]: 0 is a dielectric, 1 is a metal, and values between them mix the two.
+        /// Metalness in [0, 1]: 0 is a dielectric, 1 is a metal, and values between 0 and 1 mix the two.
         pub metallic: f32,
-        /// Reflectance of the dielectric at normal incidence, RGB in [0, 1].
+        /// Reflectance of the dielectric at normal incidence, RGB, each channel in [0, 1].
         pub dielectric_f0: Vec3,
-        /// Reflectance of the dielectric at grazing incidence, in [0, 1].
+        /// Reflectance of the dielectric at grazing incidence, in [0, 1]; 0: the dielectric has no specular lobe.
         pub dielectric_f90: f32,
         /// Perceptual roughness in [0, 1]; its square is the width α of the GGX lobe.
         pub roughness: f32,
-        /// Index in the buffer `textures` of the texture that multiplies base colour and alpha; NONE without such a texture.
+        /// Index in the buffer `textures` of the texture that multiplies base colour and alpha; NONE for a material without
+        /// such a texture.
         pub base_color_texture: u32,
-        /// Index in the buffer `textures` of the texture that multiplies roughness (green) and metalness (blue); NONE
-        /// without one.
+        /// Index in the buffer `textures` of the texture that multiplies roughness (green channel) and metalness (blue
+        /// channel); NONE for a material without such a texture.
         pub metallic_roughness_texture: u32,
-        /// Bit mask of MATERIAL_UNLIT and MATERIAL_VARIES.
+        /// Bits MATERIAL_UNLIT and MATERIAL_VARIES. The buffer contains only the first one; shaders set the second one in
+        /// their copy of the material if a texture or vertex colours change its base colour.
         pub flags: u32,
-        /// Index in the buffer `textures` of the normal map, which bends the shading normal; NONE without one.
+        /// Index in the buffer `textures` of the normal map, which bends the shading normal; NONE for a material without a
+        /// normal map.
         pub normal_texture: u32,
-        /// Factor of the red and green components of the normal map; 0 leaves the shading normal as it is.
+        /// Factor by which the red and green components of the normal map are multiplied. A larger factor bends the shading
+        /// normal more; 0 does not bend it.
         pub normal_scale: f32,
-        /// The alpha mode: ALPHA_OPAQUE, ALPHA_MASK or ALPHA_BLEND.
+        /// The way in which alpha makes the surface transparent: ALPHA_OPAQUE, ALPHA_MASK or ALPHA_BLEND.
         pub alpha_mode: u32,
-        /// With ALPHA_BLEND, the coverage in [0, 1], which texture and vertex colour multiply. With ALPHA_MASK, the
-        /// threshold: the surface exists where the product of texture and vertex alpha is at least this value.
+        /// With ALPHA_BLEND, the fraction in [0, 1] that the surface covers; the alpha of texture and vertex colour
+        /// multiplies it. With ALPHA_MASK, the threshold: the surface exists where the alpha of the texture times that of
+        /// the vertex colour is at least this value. Without meaning for ALPHA_OPAQUE.
         pub alpha: f32,
     }
 }
 
 crate::gpu_struct! {
-    /// One use of an image by a material: where its texels are, and how texture coordinates select them.
+    /// A texture: one use of an image by a material. It states where the texels of the image are, and which texels belong to
+    /// given texture coordinates.
     pub struct GpuTexture {
-        /// First column of the 2×2 matrix that transforms texture coordinates; in the result, [0, 1] spans the image.
+        /// First column of the 2×2 matrix that transforms texture coordinates of the mesh to coordinates of the image, in
+        /// which the image covers [0, 1] along both axes.
         pub column_u: Vec2,
-        /// Second column of the 2×2 matrix that transforms texture coordinates.
+        /// Second column of the 2×2 matrix that transforms texture coordinates of the mesh to coordinates of the image.
         pub column_v: Vec2,
-        /// Translation that is added to the transformed texture coordinates; 1 is the width or the height of the image.
+        /// Translation that is added after the 2×2 matrix; 1 is the width or the height of the image.
         pub offset: Vec2,
-        /// Index of the image's first texel in the buffer `texels`. In variants of a shader that sample images instead of
-        /// reading this buffer, it is the index of the image.
+        /// Index of the image's first texel in the buffer `texels`. Some variants of the shaders sample images instead of
+        /// reading this buffer: for them it is the index of the image.
         pub index: u32,
         /// Width of the image in texels.
         pub width: u32,
         /// Height of the image in texels.
         pub height: u32,
-        /// Index of the mesh's set of texture coordinates that the texture uses: 0 or 1.
+        /// The set of texture coordinates of the mesh that the texture uses: 0 for the first one, 1 for the second one.
         pub set: u32,
-        /// Wrap modes beyond the edges of the image: WRAP_… along u, plus 4 times WRAP_… along v.
+        /// How the image continues beyond its edges: one of the wrap modes WRAP_… along u, plus 4 times one along v.
         pub wrap: u32,
-        /// 1: a lookup returns the nearest texel; 0: it interpolates between the four nearest texels.
+        /// 1: a lookup returns the texel that contains the point; 0: it interpolates between the four texels around the
+        /// point.
         pub nearest: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// An emissive triangle in world space, as light samples and hits on emitters read it.
+    /// An emissive triangle in world space. Shaders read it when they draw a point on it, and when a ray hits it.
     pub struct GpuLight {
-        /// Position of the first corner, relative to the scene's origin, in device units.
+        /// Position of the first corner, relative to the scene's origin, in the device's unit of length.
         pub corner: Vec3,
-        /// Vector from the first corner to the second one.
+        /// Vector from the first corner to the second one, in the device's unit of length.
         pub edge1: Vec3,
-        /// Vector from the first corner to the third one.
+        /// Vector from the first corner to the third one, in the device's unit of length.
         pub edge2: Vec3,
-        /// Unit normal on the emitting side; for a triangle that emits to both sides, on either of them.
+        /// Unit normal on the side that emits. If the triangle emits to both sides, it is the normal of one of them.
         pub normal: Vec3,
-        /// Emitted radiance, RGB, in the device's unit; a texture of the light multiplies it.
+        /// Emitted radiance, RGB, in the device's unit of radiance. If the light has a texture (`GpuLightTexture`), the
+        /// texture multiplies it.
         pub emission: Vec3,
-        /// Area of the triangle, in the square of the device's unit of length. Its inverse is the density of a uniform
-        /// point.
+        /// Area of the triangle, in the square of the device's unit of length. The density per area of a point that is drawn
+        /// uniformly on the triangle is one over this area.
         pub area: f32,
-        /// 1 if the triangle emits on both sides, 0 if only on the side of `normal`.
+        /// 1: the triangle emits to both sides; 0: it emits only to the side of `normal`.
         pub double_sided: u32,
-        /// Index in the buffer `instances` of the instance that the triangle belongs to.
+        /// Index in the buffer `instances` of the instance to which the triangle belongs.
         pub instance: u32,
-        /// Index of the triangle in the mesh of its instance, for a look-up of alpha; NONE if the triangle has no holes.
+        /// Index of the triangle among the triangles of its instance's mesh. Shaders need it to look up alpha, which is 0 in
+        /// holes that emit no light; NONE if the triangle has no holes.
         pub primitive: u32,
         /// Unused; it makes the size a multiple of four words, as `load_lights` in the shaders requires.
         pub padding: u32,
@@ -126,27 +144,29 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A light without an area: a point, spot or directional light (`KHR_lights_punctual`).
+    /// A light without an area: a point, spot or directional light, as in the glTF extension `KHR_lights_punctual`.
     pub struct GpuPunctualLight {
-        /// Position of a point or spot light, relative to the scene's origin, in device units; without meaning for a
-        /// directional light.
+        /// Position of a point or spot light, relative to the scene's origin, in the device's unit of length. Without
+        /// meaning for a directional light.
         pub position: Vec3,
         /// Kind of the light: LIGHT_POINT, LIGHT_SPOT or LIGHT_DIRECTIONAL.
         pub kind: u32,
-        /// Unit direction in which light travels: along the axis of a spot light's cone, or everywhere for a directional
-        /// light.
+        /// Unit direction in world space in which light travels: along the axis of a spot light, or everywhere for a
+        /// directional light. Without meaning for a point light.
         pub direction: Vec3,
-        /// Distance at which the light fades to 0, in the device's unit of length; 0: it has no limit.
+        /// Distance, in the device's unit of length, at which the light of a point or spot light has faded to 0. If it is 0,
+        /// the light has no such limit.
         pub range: f32,
-        /// Intensity, RGB: radiance × squared length in device units. For a directional light, the irradiance of a surface
-        /// that faces it.
+        /// For point and spot lights, the radiant intensity, RGB: the irradiance times the squared distance, in device
+        /// units. For a directional light, the irradiance of a surface that faces the light, in the device's unit of
+        /// radiance.
         pub intensity: Vec3,
-        /// Constant of a spot's falloff. The emitted fraction of the intensity is (`angle_offset` − `angle_scale` · d²)²,
-        /// with the base clamped to [0, 1]; d is the distance between the unit vectors along the axis and towards the
-        /// shading point.
+        /// Constant in the formula for the border of a spot light. The light emits the fraction (`angle_offset` −
+        /// `angle_scale` · d²)² of its intensity, with the value in parentheses clamped to [0, 1]. d is the distance between
+        /// two unit vectors: that along the axis and that from the light to the shading point.
         pub angle_offset: f32,
-        /// Factor of d² in a spot's falloff; the formula is at `angle_offset`. A larger factor narrows the border of the
-        /// cone.
+        /// Factor of d² in the formula for the border of a spot light, which the comment of `angle_offset` states. A larger
+        /// factor makes the transition from light to dark narrower.
         pub angle_scale: f32,
         /// Unused; it makes the size a multiple of four words, as `load_punctual_lights` in the shaders requires.
         pub padding: UVec3,
@@ -154,15 +174,17 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// One column of an alias table, which draws a light among all lights in constant time: a uniform random number selects
-    /// a column, and 32 more random bits select one of the column's two lights.
+    /// One column of an alias table, with which shaders draw a light among all lights in constant time. Random bits select a
+    /// column uniformly; 32 more random bits then select one of the two lights of the column. The first light has the index
+    /// of the column.
     pub struct GpuLightChoice {
-        /// The total probability, in [0, 1], with which the table selects the light that has the index of this column.
+        /// The total probability, in [0, 1], that a draw from the table selects the light with the index of this column,
+        /// through this column or through others.
         pub probability: f32,
-        /// Threshold of the 32 random bits: below it, the light with the index of this column is selected, otherwise
-        /// `alias`.
+        /// Threshold for the 32 random bits as an unsigned number. Below it, the light with the index of this column is
+        /// selected, otherwise the light `alias`.
         pub keep_below: u32,
-        /// The index, among lights of all kinds, of the column's second light.
+        /// Index of the column's second light, among lights of all kinds.
         pub alias: u32,
         /// Unused; it makes the size a multiple of four words, as `load_light_choices` in the shaders requires.
         pub padding: u32,
@@ -170,15 +192,16 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// The texture of an emissive triangle, at the index of that triangle in the buffer `lights`.
+    /// The texture of one emissive triangle. It has the same index in its buffer as the triangle in the buffer `lights`.
     pub struct GpuLightTexture {
-        /// Texture coordinates of the triangle's first corner.
+        /// Texture coordinates of the first corner of the triangle.
         pub uv: Vec2,
-        /// Difference of the texture coordinates from the first corner to the second one.
+        /// Texture coordinates of the second corner minus those of the first one.
         pub edge1: Vec2,
-        /// Difference of the texture coordinates from the first corner to the third one.
+        /// Texture coordinates of the third corner minus those of the first one.
         pub edge2: Vec2,
-        /// Index in the buffer `textures` of the texture that multiplies the emission; NONE for a triangle without one.
+        /// Index in the buffer `textures` of the texture that multiplies the emission; NONE for a triangle whose emission
+        /// has no texture.
         pub texture: u32,
         /// Unused; it makes the size a multiple of four words, as `load_light_textures` in the shaders requires.
         pub padding: u32,
@@ -186,41 +209,46 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// The motion of an instance since the previous frame, by which temporal reuse and motion vectors find the same surface
-    /// point.
+    /// The motion of one instance from the current to the previous frame. With it, temporal reuse and motion vectors find
+    /// where a point of a surface was in the previous frame.
     pub struct GpuPreviousTransform {
-        /// Columns of the 3×4 transform from current to previous world positions of the instance's points: three axes, then
-        /// the translation.
+        /// Columns of the 3×4 matrix that transforms world positions of the instance's points in the current frame to those
+        /// of the previous frame: three axes, then the translation.
         pub current_to_previous: [Vec3; 4],
     }
 }
 
 crate::gpu_struct! {
-    /// A node of the light BVH. Nodes are in depth-first order, so a walk needs no stack: it visits the next node if the
-    /// node's box holds the point, and otherwise skips the node's descendants.
+    /// A node of the light BVH, a tree over lights from which shaders draw lights that matter at a point. Nodes are stored
+    /// in depth-first order, so a walk through the tree needs no stack: if the box of a node contains the point, the walk
+    /// continues at the next node, otherwise after the node's last descendant.
     pub struct GpuLightNode {
-        /// Smallest coordinates of the box that a walk tests: the bounds of the lights, enlarged by their range of
-        /// influence.
+        /// Smallest coordinates, in world space, of the box that a walk compares with the point. It is the box around the
+        /// node's lights, enlarged by the distance at which the lights contribute little (boxes of influence) or at which
+        /// they can be drawn as one group.
         pub low: Vec3,
-        /// Index of the node after the last descendant, at which a walk continues that skips this node; for a leaf, the next
-        /// node.
+        /// Index of the node after this node's last descendant, at which a walk continues if it skips the descendants. For a
+        /// leaf it is the next node.
         pub next: u32,
-        /// Largest coordinates of the box that a walk tests; see `low`.
+        /// Largest coordinates, in world space, of the box whose smallest coordinates are `low`.
         pub high: Vec3,
-        /// Index of the node's first light among the lights of the BVH, which are in the order of the leaves.
+        /// Index of the node's first light among the lights of the BVH, which are in the order of the leaves (first array of
+        /// `GpuLightEntry`).
         pub first: u32,
-        /// Centre of the box around the node's lights, which is not enlarged.
+        /// Centre of the box around the node's lights (the box before it is enlarged), in world space.
         pub center: Vec3,
-        /// Total power of the node's lights, as area × luminance in device units; if lights are drawn uniformly, their
-        /// number.
+        /// Total power of the node's lights, as area × luminance in device units. If the lights are drawn uniformly instead
+        /// of by power, it is the number of the lights.
         pub weight: f32,
-        /// Mean of the lights' unit normals, weighted by power: its length is below 1 if they face different directions.
+        /// Mean of the unit normals of the node's lights, weighted by their power. Its length is below 1 if the lights face
+        /// different directions.
         pub normal: Vec3,
-        /// Half the diagonal of the box around the node's lights, in the device's unit of length.
+        /// Half the diagonal of the box around the node's lights (before it is enlarged), in the device's unit of length.
         pub size: f32,
-        /// Number of the node's lights; they follow each other from `first` on.
+        /// Number of the node's lights. Their indices among the lights of the BVH are consecutive and begin with `first`.
         pub count: u32,
-        /// Length of the mean normal `normal`, in [0, 1]; 0 if the lights emit in all directions.
+        /// Length of `normal`, the mean normal of the lights, in [0, 1]. 1: all lights face the same direction; 0: they emit
+        /// in all directions.
         pub facing: f32,
         /// Unused; it makes the size a multiple of four words, as `load_light_node` in the shaders requires.
         pub padding: UVec2,
@@ -228,43 +256,47 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// One element of two arrays of the light BVH that share an index. The first array (`light`, `before`) has the lights of
-    /// the BVH in the order of its leaves. The second array (`leaf`, `index`) has the position of each light of the scene in
-    /// the BVH.
+    /// One element of two arrays of the light BVH that are stored together, with the same index. The first array (`light`,
+    /// `before`) contains the lights of the BVH in the order of the BVH's leaves. The second array (`leaf`, `index`)
+    /// contains, for each light of the scene, where in the BVH it is.
     pub struct GpuLightEntry {
-        /// First array, by index in the BVH: the index of this light among lights of all kinds.
+        /// First array, with one element per light of the BVH: the index of the light among the scene's lights of all kinds.
         pub light: u32,
-        /// First array, by index in the BVH: the first of the consecutive integers that select this light; the next light's
-        /// integers follow. The more integers a light has, the more likely it is drawn from its node.
+        /// First array, with one element per light of the BVH: the smallest of the consecutive integers that select this
+        /// light. The integers of the next light follow. A light is drawn from its node by a random integer, so a light with
+        /// more integers is drawn more often.
         pub before: u32,
-        /// Second array, by index among lights of all kinds: the index of the leaf node that holds the light; NONE if none
-        /// does.
+        /// Second array, with one element per light of the scene: the index of the leaf node that contains the light; NONE
+        /// if the BVH does not contain it, such as the environment.
         pub leaf: u32,
-        /// Second array, by index among lights of all kinds: the index of the light in the BVH, that is, in the first array.
+        /// Second array, with one element per light of the scene: the index of the light in the first array. Without meaning
+        /// if the BVH does not contain the light.
         pub index: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// A slot of the hash grid, which keeps reservoirs of direct light in cells of space. A slot holds the reservoir of at
-    /// most one surface per frame.
+    /// A slot of the hash grid, which stores reservoirs of direct light in cells of space. Each slot can store one
+    /// reservoir, which one of the surfaces that claim the slot fills.
     pub struct GpuGridSlot {
-        /// Index of the surface that has claimed the slot, plus 1, in the low bits, and random bits above them; 0: the slot
-        /// is free. The largest claim wins, so the order of threads does not matter.
+        /// Claim of the surface that fills the slot in this frame; 0: the slot is free. The low bits are the index of the
+        /// surface plus 1, the bits above them are random. If several surfaces claim the slot, the largest number wins, so
+        /// that the result does not depend on the order of threads.
         pub claim: u32,
-        /// Hash of the cell of space and of the bin of normals that the slot's reservoir belongs to; readers compare it with
-        /// their own.
+        /// Hash of the cell of space, and of the bin of normals, to which the slot's reservoir belongs. Pixels compare it
+        /// with the hash of their own cell and bin, because several cells may use the same slot.
         pub key: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// A surface point with a reservoir of direct light, which surfaces near it reuse: in the hash grid or as a world
-    /// reservoir.
+    /// A surface point whose reservoir of direct light nearby surfaces reuse. The reservoir belongs to the hash grid or is a
+    /// world reservoir (a reservoir of a path vertex).
     pub struct GpuGridPoint {
-        /// Position of the point, relative to the scene's origin, in device units.
+        /// Position of the point in world space, relative to the scene's origin, in the device's unit of length.
         pub position: Vec3,
-        /// Unit geometric normal on the visible side, in octahedral coordinates of 16 bits each.
+        /// Unit geometric normal in world space, on the side of the surface that is visible, in octahedral coordinates of 16
+        /// bits each.
         pub normal: u32,
     }
 }

@@ -1,5 +1,6 @@
-//! The buffers of a scene on the device. Each is declared here once. The declaration generates its GLSL access and its entry
-//! in the address table, and in `device_scene/buffers.rs` its contents, its binding and its size.
+//! The declarations of the buffers that hold a scene on the device, such as its triangles, materials and lights. From one
+//! declaration per buffer, macros generate the GLSL code that reads the buffer and the field of its address in
+//! [`SceneTable`]. In `device_scene/buffers.rs`, they generate the fields for its contents and its size in bytes.
 
 use crate::declare::{GpuStruct, Member, StructLayout};
 use crate::{
@@ -8,83 +9,111 @@ use crate::{
 };
 use glam::{UVec2, Vec2};
 
-/// The declaration of one buffer of the scene, from which its GLSL text is generated.
+/// The declaration of one buffer of the scene: its name, and the way in which shaders read it. The GLSL code that reads the
+/// buffer is generated from it.
 pub struct Access {
-    /// The name of the buffer in GLSL, of its binding, and of its entry in [`SceneTable`].
+    /// The name of the buffer in GLSL. The buffer's binding (descriptor) and the field of its address in [`SceneTable`] have
+    /// the same name.
     pub name: &'static str,
-    /// The way in which shaders read elements of the buffer.
+    /// The way in which shaders read the buffer's elements, with the GLSL type or the layout of an element.
     pub elements: Elements,
 }
 
-/// The way in which shaders read elements of a buffer.
+/// The way in which shaders read the elements of a buffer: one by one, as groups of four 32-bit words, or as structures.
+/// [`Fetch`](crate::Fetch) decides whether buffers of the last two kinds are read as texels, which is faster on some
+/// drivers.
 pub enum Elements {
-    /// Single elements of this GLSL type, as `NAME.at[index]`.
+    /// Shaders read one element of this GLSL type at a time, by the expression `NAME.at[index]`, where `NAME` is the name of
+    /// the buffer.
     Plain(&'static str),
-    /// Four words at once: `NAME_words(index)` gives the words 4 · `index` to 4 · `index` + 3. Shader variants with
-    /// [`Fetch::Texels`](crate::Fetch) read them as texels.
+    /// Shaders read four 32-bit words at a time: the function `NAME_words(index)` returns the words 4 · `index` to 4 ·
+    /// `index` + 3 of the buffer `NAME`. In shader variants with [`Fetch::Texels`](crate::Fetch), these four words are one
+    /// texel.
     Words,
-    /// Structures of this layout, whose size is a multiple of four words: `load_NAME(index)` reads them by four words at
-    /// once.
+    /// The elements are structures of this layout, whose size must be a multiple of four words. The function
+    /// `load_NAME(index)` returns one structure of the buffer `NAME`; it reads the words of the structure four at a time, as
+    /// with [`Self::Words`].
     Records(StructLayout),
 }
 
-/// Passes the declarations of all buffers to the macro that the argument names. Each declaration has a name, the Rust type
-/// of an element, the access of shaders ([`Elements`]), and the number of elements as a function of the scene's
-/// `ElementCounts`.
+/// Calls the macro that the argument names with the declarations of all buffers of a scene, so that each caller generates
+/// its own items from them. A declaration has a doc comment, the name of the buffer, the Rust type of an element, the access
+/// of shaders ([`Elements`]), and a function that computes the number of elements from the scene's `ElementCounts`.
 #[macro_export]
 macro_rules! scene_buffers {
     ($($declare:tt)+) => {
         $($declare)+! {
-            /// Corner normals of smooth meshes, and corner tangents of meshes with normal maps: per triangle, one octahedral
-            /// word for each of three corners.
+            /// Unit vectors at the corners of triangles, in the object space of the mesh, each packed into one word
+            /// (octahedral coordinates). Each entry has three vectors, one for each corner of a triangle. Meshes with smooth
+            /// shading have one entry per triangle for their normals; meshes with normal maps have one more per triangle for
+            /// their tangents.
             corner_directions: [UVec3] as Plain("uvec3"); |c| c.smooth_triangles + c.tangent_triangles;
-            /// Texture coordinates: per triangle of a mesh with textures, one pair for each of three corners. The triangles
-            /// of the mesh's first set come before those of its second set.
+            /// Texture coordinates (u, v), for meshes that have them: three pairs per triangle, one for each corner. If a
+            /// mesh has two sets of texture coordinates, all its triangles in the first set come before all its triangles in
+            /// the second set.
             uvs: [[Vec2; 3]] as Plain("vec2"); |c| c.uv_triangles;
-            /// Vertex colours: per triangle of a mesh with colours, one entry for each of three corners, with red, green,
-            /// blue and alpha of 16 bits each.
+            /// Vertex colours, which multiply the base colour of the material, for meshes that have them: three entries per
+            /// triangle, one for each corner. An entry has red, green, blue and alpha, 16 bits each, which represent the
+            /// range [0, 1].
             colors: [[UVec2; 3]] as Plain("uvec2"); |c| c.color_triangles;
-            /// Three words per triangle of a mesh that has several parts or lights, or is merged: index of the material,
-            /// rank among the mesh's emissive triangles or NONE, and the offset that is added to the instance's index.
+            /// For each triangle of a mesh that has several parts (runs of triangles with one material), emits light or is
+            /// merged from several meshes: the index of the triangle's material, its rank among the emissive triangles of
+            /// the mesh (NONE if it emits no light), and an offset. Added to `GpuInstance::id`, the offset gives the index
+            /// that the triangle's instance had before meshes were merged. Other meshes have no entries.
             triangle_parts: [UVec3] as Plain("uvec3"); |c| c.part_triangles;
-            /// Indices into `instances`, in the order of the leaves of the tree over the instances; first for the current
-            /// frame and then, if something moves, for the previous frame.
+            /// For each leaf of the tree over the instances, which the compute tracer traverses, the index of the leaf's
+            /// instance in the buffer `instances`. The leaves of the current frame's tree come first. If something moves,
+            /// the leaves of the previous frame's tree follow.
             top_instances: [u32] as Plain("uint"); |c| c.epochs * c.instances;
-            /// Traced instances of the current frame and then, if something moves, of the previous frame.
+            /// The instances of meshes that rays hit, after static meshes are merged. All instances with their transforms in
+            /// the current frame come first. If something moves, all instances with their transforms in the previous frame
+            /// follow.
             instances: [GpuInstance] as Records(GpuInstance); |c| c.epochs * c.instances;
-            /// Nodes of the trees of the compute tracer, twenty words each: the tree over the instances for the current
-            /// frame, then, if something moves, for the previous frame, and then the trees of the meshes.
+            /// Nodes of the trees (eight-wide bounding volume hierarchies) that the compute tracer traverses, twenty words
+            /// each. The tree over the instances in the current frame comes first, then, if something moves, the tree over
+            /// the instances in the previous frame, and then the trees over the triangles of the meshes.
             nodes: [CwBvhNode] as Words; |_| 0;
-            /// Corner positions of the triangles of all meshes: three per triangle, nine floats, before the transform of an
-            /// instance.
+            /// Positions of the three corners of each triangle of all meshes: nine floats per triangle. They are in the
+            /// stored space of the mesh, which is its object space, translated and scaled for precision;
+            /// `GpuInstance::object_to_world` transforms them to the world.
             positions: [[Vec3; 3]] as Words; |c| c.triangles;
-            /// Materials of the scene, in the order of the scene. They refer to textures by index in `textures`.
+            /// All materials of the scene, in the order of the scene. A material names its textures by their indices in the
+            /// buffer `textures`.
             materials: [GpuMaterial] as Records(GpuMaterial); |c| c.materials;
-            /// Uses of images by materials, one entry per use. Materials and `light_textures` refer to them by index.
+            /// One entry for each use of an image by a material: where the texels of the image are, and how texture
+            /// coordinates select them. Materials and the buffer `light_textures` name an entry by its index.
             textures: [GpuTexture] as Records(GpuTexture); |c| c.textures;
-            /// If there are textures, a table of 256 words, with the bits of the linear float value of each sRGB byte, and
-            /// then the texels of all images: red, green, blue and alpha from the lowest byte. Both are in one buffer, since
-            /// some drivers bind at most 30.
+            /// If there are textures, a table of 256 words comes first: the bits of the linear float value of each sRGB
+            /// byte. The texels of all images follow, one word each, with red, green, blue and alpha from the lowest byte;
+            /// they are left out if shaders read Vulkan images instead. Table and texels share one buffer, because some
+            /// drivers bind at most 30 buffers.
             texels: [u32] as Plain("uint"); |c| c.texels + if c.textures > 0 { 256 } else { 0 };
-            /// Emissive triangles in world space, of the current frame and then, if something moves, of the previous frame.
+            /// Emissive triangles in world space, relative to the scene's origin and in device units. All triangles as they
+            /// are in the current frame come first. If something moves, all triangles as they were in the previous frame
+            /// follow.
             lights: [GpuLight] as Records(GpuLight); |c| c.epochs * c.triangle_lights;
-            /// Texture coordinates and index in `textures` for the emission of each emissive triangle, at the index that it
-            /// has in the current frame's `lights`; empty if no emissive triangle has a texture.
+            /// For each emissive triangle, the texture that multiplies its emission: an index in the buffer `textures` (NONE
+            /// without such a texture) and texture coordinates. The order is that of the current frame's triangles in the
+            /// buffer `lights`. This buffer is empty if no emissive triangle has a texture.
             light_textures: [GpuLightTexture] as Records(GpuLightTexture); |c| if c.textured_lights { c.triangle_lights } else { 0 };
-            /// Punctual lights of the current frame and then, if something moves, of the previous frame.
+            /// Punctual lights (point, spot and directional lights). All of them as they are in the current frame come
+            /// first. If something moves, all of them as they were in the previous frame follow.
             punctual_lights: [GpuPunctualLight] as Records(GpuPunctualLight); |c| c.epochs * c.punctual_lights;
-            /// Texels of the environment, row by row from the zenith: RGB radiance, and the density over longitude and
-            /// latitude with which the texel is drawn.
+            /// Texels of the environment, row by row from the zenith; empty without an environment. A texel has its RGB
+            /// radiance in device units, and the density with which light samples draw a point of the texel, per square
+            /// radian of longitude × latitude.
             environment: [Vec4] as Words; |c| c.environment_texels;
-            /// The alias table that draws texels of the environment, one entry per texel: the texel is selected if 32 random
-            /// bits are below the first number; otherwise the second number is the index of the selected texel.
+            /// The alias table by which light samples draw a texel of the environment, with one entry per texel. A random
+            /// number selects an entry. If 32 more random bits are below the entry's first number, the texel with the index
+            /// of the entry is drawn; otherwise the second number is the index of the drawn texel.
             environment_columns: [UVec2] as Plain("uvec2"); |c| c.environment_texels;
-            /// The alias table that draws lights of all kinds (triangles, punctual lights, environment). If some lights are
-            /// rare (far dimmer than the others), two tables of the same length follow: one that draws the lights that are
-            /// not rare, and one that draws the rare lights.
+            /// The alias table by which light samples draw a light, with one entry for each emissive triangle, then for each
+            /// punctual light, then for the environment. If some lights are rare (far dimmer than the others), two tables of
+            /// the same length follow. The first draws only lights that are not rare, the second draws only rare lights.
             light_choices: [GpuLightChoice] as Records(GpuLightChoice); |c| 3 * c.lights();
-            /// For each instance of the scene, by its index before meshes are merged, the transform of its points from the
-            /// current to the previous frame; empty if nothing moves.
+            /// For each instance of the scene, in the order of the scene before meshes are merged, the transform of its
+            /// points in the world from their positions in the current frame to those in the previous frame. Empty if
+            /// nothing moves.
             previous_transforms: [GpuPreviousTransform] as Records(GpuPreviousTransform); |c| c.previous_transforms;
         }
     };
@@ -96,20 +125,24 @@ macro_rules! declare_access {
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
         crate::gpu_struct! {
-            /// The uniform table of a scene: counts of elements, the environment's size and rotation, and the device address
-            /// of each buffer as lower and upper word. The addresses are zeros in variants without buffer addresses.
+            /// The uniform buffer of a scene: numbers of elements, size and rotation of the environment, and the device
+            /// address of each buffer (lower word, then upper word), by which shaders read the buffer. In variants that bind
+            /// buffers by descriptors instead, the addresses are zeros.
             pub struct SceneTable {
-                /// Number of lights of all kinds: emissive triangles, punctual lights, and 1 for an environment.
+                /// Number of lights of all kinds in one frame: emissive triangles, punctual lights, and 1 for an
+                /// environment. It is the number of entries of each alias table in `light_choices`.
                 pub light_count: u32,
-                /// Number of emissive triangles in one frame.
+                /// Number of emissive triangles in one frame; if something moves, the buffer `lights` has twice as many.
                 pub triangle_light_count: u32,
-                /// Number of punctual lights in one frame.
+                /// Number of punctual lights in one frame; if something moves, the buffer `punctual_lights` has twice as
+                /// many.
                 pub punctual_light_count: u32,
-                /// Width and height of the environment in texels; zeros without one.
+                /// Width and height of the environment in texels; zeros without an environment.
                 pub environment_size: UVec2,
-                /// Cosine and sine of the angle by which the environment is rotated around the upward axis.
+                /// Cosine and sine of the angle by which the environment is rotated around the upward axis (+Y).
                 pub environment_turn: Vec2,
-                /// Number of traced instances in one frame, after meshes are merged.
+                /// Number of instances in one frame, after static meshes are merged; if something moves, the buffer
+                /// `instances` has twice as many.
                 pub instance_count: u32,
                 /// 1 if some emissive triangle has a texture, otherwise 0; shaders read `light_textures` only if it is 1.
                 pub textured_lights: u32,
@@ -130,17 +163,20 @@ macro_rules! declare_access {
 scene_buffers!(declare_access);
 
 impl Elements {
-    /// True if elements are read four words at a time, which variants with [`Fetch::Texels`](crate::Fetch) read as texels.
+    /// True if shaders read the elements four words at a time, as with [`Self::Words`] and [`Self::Records`]. Variants with
+    /// [`Fetch::Texels`](crate::Fetch) then read the buffer as texels.
     pub fn are_words(&self) -> bool {
         !matches!(self, Self::Plain(_))
     }
 }
 
-/// The name of the buffer of a light BVH: its nodes, then its entries. It is bound by a descriptor only and has no address
-/// in [`SceneTable`], since each renderer has a separate one.
+/// The name of the buffer of the light BVH (a tree from which light samples are drawn). The buffer holds all nodes of the
+/// tree, then one entry per light. It is bound by a descriptor only and has no address in [`SceneTable`], because the table
+/// belongs to the scene, but each renderer has a light BVH of its own.
 pub const LIGHT_BVH: &str = "light_bvh";
 
-/// The text of the generated file `light_bvh_buffer.glsl`: access to the nodes and entries of the light BVH.
+/// The text of the generated file `light_bvh_buffer.glsl`: the declaration of the light BVH's buffer, and the functions
+/// `load_light_node` and `load_light_entry`, which read one node or entry by its index.
 pub fn light_bvh_glsl() -> String {
     [
         String::from("#pragma once\n#include \"prelude.glsl\"\n"),
@@ -151,7 +187,8 @@ pub fn light_bvh_glsl() -> String {
     .concat()
 }
 
-/// The text of the generated file `scene_buffers.glsl`: the scene table, and access to the elements of every buffer.
+/// The text of the generated file `scene_buffers.glsl`: the declaration of the [`SceneTable`], and for every buffer of the
+/// scene the declaration and the functions by which shaders read it.
 pub fn glsl() -> String {
     let mut text = String::from(
         "#pragma once\n#include \"prelude.glsl\"\nlayout(scalar) uniform SceneBlock { SceneTable at; } scene;\n",
@@ -168,8 +205,9 @@ pub fn glsl() -> String {
     text
 }
 
-/// The GLSL declaration of a buffer that is read as `NAME.at[index]`, by address or through a descriptor, as the macro
-/// `GEOMETRY_ADDRESSES` selects.
+/// The GLSL declaration of the buffer `name` with elements of the GLSL type `glsl`, which shaders read as `NAME.at[index]`.
+/// They read it by its address if the preprocessor macro `GEOMETRY_ADDRESSES` is 1, and through a descriptor if the macro is
+/// 0.
 fn array(name: &str, glsl: &str) -> String {
     let block: String = name.split('_').map(capitalised).collect();
     // Drivers may load four words at once if their alignment is known.
@@ -184,15 +222,17 @@ fn array(name: &str, glsl: &str) -> String {
     )
 }
 
-/// The GLSL declaration of a buffer that is read as `NAME.at[index]` through a descriptor.
+/// The GLSL declaration of the buffer `name` with elements of the GLSL type `glsl`, which shaders read as `NAME.at[index]`
+/// through a descriptor.
 fn binding(name: &str, glsl: &str) -> String {
     let block: String = name.split('_').map(capitalised).collect();
     format!("layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n")
 }
 
-/// The GLSL function `NAME_words(index)`, which reads four words: as a texel with `FETCH_TEXELS`, otherwise from the buffer
-/// that the text `array` declares. llvmpipe fetches the four words of a texel at once for each lane, but reads a buffer word
-/// by word, each word behind a branch.
+/// The GLSL text of the function `NAME_words(index)`, which reads four words of the buffer `name`. If the preprocessor macro
+/// `FETCH_TEXELS` is 1, it reads them as one texel; otherwise it reads them from the buffer that the GLSL text `array`
+/// declares. Texels are faster on the driver llvmpipe, which fetches the four words of a texel at once for each lane, but
+/// reads a buffer word by word, each word behind a branch.
 fn words(name: &str, array: &str) -> String {
     format!(
         "#if FETCH_TEXELS\n\
@@ -204,8 +244,9 @@ fn words(name: &str, array: &str) -> String {
     )
 }
 
-/// The GLSL function `load_NAME(index)`, which assembles a structure from words that are read by four. Compilers do not load
-/// parts of the structure that are not used.
+/// The GLSL text of the function `load_NAME(index)`, where `NAME` is `name`. It reads one structure from the buffer
+/// `buffer`, four words at a time, and assembles the members that `layout` lists. Compilers leave out the reads of members
+/// that the caller does not use.
 fn load(name: &str, buffer: &str, layout: &StructLayout) -> String {
     let StructLayout {
         name: record,
@@ -225,7 +266,8 @@ fn load(name: &str, buffer: &str, layout: &StructLayout) -> String {
     )
 }
 
-/// The GLSL expression of a member's value, made from the array `q` of the words of its structure.
+/// The GLSL expression of the value of `member`, a member of a structure. It is made from the array `q`, which has the words
+/// of the structure in groups of four.
 fn value(member: &Member) -> String {
     let (kind, components) = match member.glsl {
         "float" => ("float", 1),

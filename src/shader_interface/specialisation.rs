@@ -1,104 +1,126 @@
-//! Specialisation constants: values that the scene and the settings decide, by which code that is not needed is removed from
-//! a shader before the driver compiles it.
+//! Specialisation constants: values that the scene and the settings decide, and that the program sets in a shader when it is
+//! loaded. With them, the program removes code that is not needed from the shader before the driver compiles it.
 
 use crate::{Format, HashGrid, Mis, PILOT_WORDS, PixelOrder, Visibility, WorldReservoirs};
 
 crate::gpu_specialisation! {
-    /// The values of the specialisation constants of a pass. In GLSL, the constant of a field has the field's name in
-    /// capitals, and the index of the field as `constant_id`.
+    /// The values of the specialisation constants of a pass (a compute shader). In GLSL, each field is a constant whose name
+    /// is the field's name in capitals, and whose `constant_id` is the index of the field, counted from 0.
     pub struct Specialisation {
-        /// Number of entries of the stack with which the compute tracer traverses trees: as many as the deepest path through
-        /// the tree over the instances and the tree of a mesh needs.
+        /// Number of entries of the stack on which the compute tracer stores the groups of nodes that it visits later. It
+        /// suffices for the deepest path through the tree over the instances and then the tree of a mesh. Shaders with ray
+        /// queries do not use it.
         pub stack_size: u32 = 32,
-        /// True if some surface has a specular lobe; false leaves only Lambert surfaces.
+        /// True if some surface has a specular lobe; if false, shaders treat all surfaces as Lambert surfaces.
         pub has_specular: bool = true,
-        /// True if some mesh has interpolated shading normals; false leaves only flat triangles.
+        /// True if some mesh has normals at its vertices, which shaders interpolate; if false, they use the normals of the
+        /// flat triangles.
         pub has_smooth_normals: bool = true,
-        /// True if some material has a texture of base colour, metalness or roughness.
+        /// True if some material has a texture of base colour, metalness or roughness; if false, shaders do not read such
+        /// textures.
         pub has_textures: bool = true,
-        /// True if some emissive triangle has a texture that multiplies its emission.
+        /// True if some emissive triangle has a texture that multiplies its emission; if false, the emission is constant
+        /// over each triangle.
         pub has_emissive_textures: bool = true,
-        /// True if some surface has holes (alpha mode mask) or covers only a part (alpha mode blend), so that rays may pass
-        /// it.
+        /// True if some surface has holes (alpha mode mask) or covers only a fraction of each point (alpha mode blend). Rays
+        /// can pass through such a surface, so shaders then test the alpha of each hit.
         pub has_alpha: bool = true,
-        /// True if some surface has alpha mode blend: visibility rays then return a fraction of light, and more of them are
-        /// traced.
+        /// True if some surface that emits no light has alpha mode blend, so that it lets a fraction of light pass.
+        /// Visibility rays then return this fraction instead of only 0 or 1, and shaders trace more of them.
         pub has_blend: bool = false,
-        /// True if some material has a normal map.
+        /// True if some material has a normal map; if false, shaders do not read normal maps and tangents.
         pub has_normal_maps: bool = true,
-        /// True if some material is unlit: the camera sees its base colour as radiance, and all other rays see black.
+        /// True if some material is unlit: the camera sees its base colour as radiance, and all other rays see black. If
+        /// false, shaders do not test for unlit materials.
         pub has_unlit: bool = true,
-        /// True if the scene has an environment, a light that surrounds it at infinite distance.
+        /// True if the scene has an environment, a light that surrounds it at infinite distance; if false, rays that leave
+        /// the scene find no light.
         pub has_environment: bool = true,
-        /// True if the scene has punctual lights: point, spot or directional lights.
+        /// True if the scene has punctual lights (point, spot or directional lights); if false, the code for them is left
+        /// out.
         pub has_punctual_lights: bool = true,
-        /// True if some mesh has vertex colours.
+        /// True if some mesh has vertex colours, which multiply the base colour of its material; if false, shaders do not
+        /// read them.
         pub has_vertex_colors: bool = true,
-        /// True if path samples store a point of a triangle as coordinates in the triangle's plane, which are more precise
-        /// on very large triangles than barycentric weights. It changes the bits of the picture.
+        /// True if some triangle is so large that barycentric weights cannot distinguish its points, and nothing moves.
+        /// Samples of indirect light then store a point of a triangle as coordinates in the triangle's plane, which are more
+        /// precise. This changes the bits of the picture.
         pub has_large_triangles: bool = false,
-        /// True if some emissive triangle emits to both sides.
+        /// True if some emissive triangle emits to both sides; if false, shaders assume that all emit to their front only.
         pub has_double_sided_lights: bool = true,
-        /// True if something besides the camera moves. Then the lights and instances of the previous frame follow those of
-        /// the current frame in the same buffers.
+        /// True if something besides the camera moves. Then the buffers of lights and instances hold all elements of the
+        /// current frame and after them all elements of the previous frame, so that shaders can evaluate both frames.
         pub moves: bool = false,
-        /// Index in the buffer `nodes` of the root of the previous frame's tree over the instances; 0 if nothing moves.
+        /// Index, in the buffer `nodes`, of the root of the tree over the instances as they were in the previous frame. The
+        /// compute tracer uses it to test visibility in that frame. 0 if nothing moves.
         pub previous_root: u32 = 0,
-        /// True if the BSDF adds the energy that its model of single scattering loses, mainly on rough metals.
+        /// True if the BSDF corrects two errors of energy of its specular lobe: rough metals lose light that is scattered
+        /// more than once, and bright dielectrics gain light at grazing angles.
         pub energy_compensated: bool = false,
-        /// The format of reservoirs in memory: the compact one reads more from the scene, the full one needs more memory.
+        /// The contents of a reservoir in memory. The compact format needs less memory, and shaders read more from the scene
+        /// to restore a sample; the full format stores these values in the reservoir.
         pub reservoir_format: Format = Format::Compact,
-        /// True if word n of all reservoirs is contiguous in memory (structure of arrays); false if all words of one
-        /// reservoir are. It changes the speed only.
+        /// True if the words with the same index in all reservoirs are adjacent in memory (structure of arrays); false if
+        /// the words of one reservoir are adjacent (array of structures). It changes the speed only.
         pub reservoir_soa: bool = false,
-        /// The order of pixels in buffers with one entry per pixel. It changes the locality of memory access, never the
-        /// picture.
+        /// The order of pixels in buffers with one entry per pixel, such as reservoirs: by rows, by columns or by square
+        /// tiles. It changes the locality of memory access, never the picture.
         pub pixel_order: PixelOrder = PixelOrder::Row,
-        /// Side in pixels of the square tiles of `PixelOrder::Swizzle`; unused with other orders.
+        /// Side in pixels of the square tiles of `PixelOrder::Swizzle`; other orders do not use it.
         pub swizzle: u32 = 4,
-        /// True if reservoirs also store the pixel that drew their sample and their number of neighbours, for debug AOVs.
+        /// True if reservoirs store three more words for debug AOVs: the pixel that drew the sample, the solid angle of the
+        /// sample seen from that pixel's surface, and the number of neighbours that were merged.
         pub keeps_debug_words: bool = false,
-        /// True if the pass counts rays, lanes, neighbours and memory traffic for profiles, which costs time. Faults are
-        /// counted always.
+        /// True if the pass counts rays, lanes in use, merged neighbours and memory traffic for profiles, which costs time.
+        /// Faults, such as rejected values, are counted always.
         pub counting: bool = false,
-        /// Index, in the buffer of counters, of the first counter of the pass.
+        /// Index of the pass's first counter in the buffer of counters. All passes share this buffer, and each has a range
+        /// of its own, so that reports can state the counts of each pass.
         pub first_counter: u32 = 0,
-        /// True if a separate pass has traced the first BSDF candidate of direct light of each pixel, its pilot.
+        /// True if a separate pass has traced the pilot of each pixel, which is the pixel's first BSDF ray, and has stored
+        /// its hit. The pass of direct light then reads this hit as its first BSDF candidate.
         pub pilots: bool = false,
-        /// Distance in words from the pilot of one pixel (its stored first BSDF ray) to that of the next pixel. Where pilots
-        /// are stored in reservoirs of indirect light, it is the size of such a reservoir.
+        /// Distance in 32-bit words from the pilot of one pixel (the stored hit of its first BSDF ray) to the pilot of the
+        /// next pixel in the buffer. Where reservoirs of indirect light hold the pilots, it is the size of such a reservoir.
+        /// Shaders do not use it if `reservoir_soa` is true.
         pub pilot_stride: u32 = PILOT_WORDS,
-        /// The MIS weights with which a merge weighs the reservoirs that could have drawn a sample.
+        /// The kind of MIS weights of a merge. They divide the weight of a sample among the reservoirs that could have drawn
+        /// it, and decide on the cost, the noise and the bias of the merge.
         pub mis: Mis = Mis::Defensive,
-        /// The step of resampling at which shadow rays test samples. It decides on bias, noise and the number of rays.
+        /// The step of resampling at which shadow rays test whether a sample is visible from the shading point. It decides
+        /// on bias, noise and the number of rays.
         pub visibility: Visibility = Visibility::Weights,
-        /// Maximum number of neighbours of a spatial merge; it is the length of arrays in the shader.
+        /// Maximum number of neighbouring pixels whose reservoirs one spatial merge reads. The shader has arrays with one
+        /// element for each of these reservoirs.
         pub neighbours: u32 = 3,
-        /// True if rare lights have separate candidates and are not resampled with the other lights. Rare lights are those
-        /// that are far dimmer than the others.
+        /// True if rare lights, which are far dimmer than the others, have candidates and shadow rays of their own and are
+        /// not resampled. The other lights are then drawn from an alias table without rare lights.
         pub rare_lights: bool = false,
-        /// True if light samples are drawn from the light BVH, a tree that finds the lights that matter at a point.
+        /// True if some of the light samples at a shading point are drawn from the light BVH, a tree that finds the lights
+        /// that matter at that point. The others are drawn from an alias table for the whole scene.
         pub light_bvh: bool = false,
-        /// True if light samples of direct light come from light lists, which one pixel of each tile draws from the light
-        /// BVH.
+        /// True if direct light takes its samples from light lists where it would draw them from the light BVH, a tree over
+        /// lights. One pixel of each tile (a square of pixels) draws a list of lights from the tree for all pixels of the
+        /// tile.
         pub light_lists: bool = false,
-        /// The surfaces that fill the hash grid, which keeps reservoirs of direct light in cells of space; `None` if the
-        /// pass merges no reservoirs of a hash grid.
+        /// The surfaces that fill the hash grid, which stores reservoirs of direct light in cells of space for reuse by
+        /// surfaces in the same cell. `None` if the pass merges no reservoirs of a hash grid.
         pub hash_grid: HashGrid = HashGrid::None,
-        /// The way in which vertices of indirect paths reuse light samples of vertices of the previous frame; `None` if they
-        /// do not.
+        /// The way in which vertices of indirect paths reuse light samples that vertices of the previous frame drew in the
+        /// same cell of space. `None` if they do not reuse them.
         pub world_reservoirs: WorldReservoirs = WorldReservoirs::None,
-        /// True if the pass stores candidates of indirect light in reservoirs for reuse; false if it adds their light to the
-        /// picture at once, as a path tracer does.
+        /// True if the pass stores candidates of indirect light in reservoirs, so that pixels can reuse them; false if it
+        /// adds their light to the picture at once, as a path tracer does.
         pub uses_reservoirs: bool = true,
-        /// True if the radiance that leaves a path's second vertex is assumed to be equal for all viewers, which is cheaper
-        /// but biased.
+        /// True if pixels that reuse a path assume that the radiance from its second vertex is equal in all directions. This
+        /// is cheaper than evaluating the BSDF there again, but biased on glossy surfaces.
         pub biased_shift: bool = false,
     }
 }
 
 impl Specialisation {
-    /// The constants as pairs of `constant_id` and value, as Vulkan expects them.
+    /// All constants as pairs of `constant_id` and value, in the order of the fields. The value is one 32-bit word: 0 or 1
+    /// for a `bool`, and the index of the variant for an enumeration.
     pub fn words(&self) -> Vec<(u32, u32)> {
         let constants = self.constants().into_iter();
         constants.map(|c| (c.id, c.word)).collect()

@@ -1,46 +1,55 @@
-//! The legal variants of shaders. The build script compiles every pass (each file `NAME.comp` in `glsl`) in each variant and
-//! embeds the SPIR-V in the program; the program selects one variant per scene and device.
+//! The variants of shaders: combinations of a tracer and ways to access memory. The build script compiles every pass (each
+//! file `NAME.comp` in `glsl`) in each variant and embeds the SPIR-V in the program. For each scene and device, the program
+//! selects one variant, which all passes use.
 
-/// The method by which shaders trace rays.
+/// The method by which shaders trace rays. The program selects it by the device, unless the user requests one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Tracer {
-    /// `rayQueryEXT` on the driver's acceleration structures: fast on GPUs with ray tracing hardware.
+    /// Ray queries (`rayQueryEXT`) on acceleration structures that the driver builds: fast on GPUs with ray tracing
+    /// hardware, but not supported on every device.
     RayQuery,
-    /// An eight-wide compressed BVH that the compute shader traverses: it runs on every device.
+    /// Traversal in the compute shader of compressed BVHs with eight children per node, which the program builds: it runs on
+    /// every device.
     ComputeBvh,
 }
 
 /// The access of shaders to the buffers of a scene and of world reservoirs (reservoirs of path vertices, found by position).
-/// With [`Fetch::Texels`], buffers of the scene that are read four words at a time are texels instead.
+/// It does not apply to those buffers of the scene that shaders read as texels ([`Fetch::Texels`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
-    /// Named storage buffers: supported everywhere, and shown in captures, but limited by the range of a descriptor.
+    /// Storage buffers that are bound by descriptors: supported everywhere, and shown by name in captures of debuggers. The
+    /// device limits the size of a buffer that a descriptor can bind.
     StorageBuffers,
-    /// Buffer device addresses: no limit of a descriptor's range, but not supported on every device.
+    /// Addresses of buffers in device memory: the limit for the size of a bound buffer does not apply, but not every device
+    /// supports addresses.
     BufferAddresses,
 }
 
-/// The access of shaders to the data that they read four words at a time: nodes of trees, positions, instances, materials,
-/// lights and sample data.
+/// The access of shaders to the data that they read four 32-bit words at a time: nodes of trees, positions, instances,
+/// materials, lights and the primary surfaces of pixels. Rules select it by the limits of the device and the size of the
+/// scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Fetch {
-    /// As texels of four words (`utextureBuffer`), which llvmpipe reads in one access.
+    /// As texels of four words, through a texel buffer (`utextureBuffer`). The driver llvmpipe reads the four words of a
+    /// texel in one access.
     Texels,
-    /// As words, through storage buffers or addresses, whichever [`GeometryAccess`] selects.
+    /// As words of a buffer that shaders read through a descriptor or by its address, whichever [`GeometryAccess`] selects.
     Words,
 }
 
-/// The access of shaders to the texels of textures. Both give the same bits.
+/// The access of shaders to the texels of textures. Both choices give the same bits of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Textures {
-    /// From one buffer with the texels of all images, read as [`GeometryAccess`] selects: runs on every device.
+    /// From one buffer with the texels of all images, which shaders read as [`GeometryAccess`] selects. It runs on every
+    /// device.
     Buffer,
-    /// From an array of images by descriptor indexing: no limit by the size of one buffer.
+    /// From an array of Vulkan images (descriptor indexing). The texels of all images need not fit into one buffer, but not
+    /// every device supports such an array.
     Images,
 }
 
 impl Tracer {
-    /// The name on the command line and in keys of variants: `ray-query` or `compute-bvh`.
+    /// The name of the tracer on the command line, in reports and in keys of variants: `ray-query` or `compute-bvh`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::RayQuery => "ray-query",
@@ -50,7 +59,8 @@ impl Tracer {
 }
 
 impl GeometryAccess {
-    /// The name in reports and in keys of variants: `storage-buffers` or `buffer-addresses`.
+    /// The name of the access on the command line, in reports and in keys of variants: `storage-buffers` or
+    /// `buffer-addresses`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::StorageBuffers => "storage-buffers",
@@ -60,7 +70,7 @@ impl GeometryAccess {
 }
 
 impl Fetch {
-    /// The name in reports and in keys of variants: `texels` or `words`.
+    /// The name of the access in reports and in keys of variants ([`Variant::key`]): `texels` or `words`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Texels => "texels",
@@ -70,7 +80,7 @@ impl Fetch {
 }
 
 impl Textures {
-    /// The name on the command line and in keys of variants: `buffer` or `images`.
+    /// The name of the access on the command line, in reports and in keys of variants: `buffer` or `images`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Buffer => "buffer",
@@ -79,28 +89,31 @@ impl Textures {
     }
 }
 
-/// One combination of choices for which all passes are compiled.
+/// One combination of tracer and access to memory, in which all passes are compiled. All passes that render a scene use the
+/// same variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Variant {
-    /// The method by which rays are traced.
+    /// The method by which shaders trace rays.
     pub tracer: Tracer,
-    /// The access to the buffers of the scene and of world reservoirs.
+    /// The access to the buffers of the scene and of world reservoirs, which are reservoirs of path vertices.
     pub geometry: GeometryAccess,
-    /// The access to data that is read four words at a time, such as nodes and positions.
+    /// The access to data that shaders read four words at a time, such as nodes and positions.
     pub fetch: Fetch,
     /// The access to the texels of textures.
     pub textures: Textures,
 }
 
 impl Variant {
-    /// All legal variants, in the order in which the build script compiles them.
+    /// All variants that are compiled, in the order in which the build script compiles them: first those with
+    /// [`Tracer::RayQuery`], then those with [`Tracer::ComputeBvh`].
     pub fn all() -> impl Iterator<Item = Variant> {
         let tracers = [Tracer::RayQuery, Tracer::ComputeBvh];
         tracers.into_iter().flat_map(Self::of)
     }
 
-    /// All legal variants with one tracer. Images are combined only with buffer addresses: devices with descriptor indexing
-    /// have addresses too, and each variant takes time to compile and space in the program.
+    /// All variants with the tracer `tracer` that are compiled. [`Textures::Images`] is combined only with buffer addresses:
+    /// devices with descriptor indexing have addresses too, and each further variant takes time to compile and space in the
+    /// program.
     pub fn of(tracer: Tracer) -> impl Iterator<Item = Variant> {
         use GeometryAccess::{BufferAddresses, StorageBuffers};
         [
@@ -119,7 +132,8 @@ impl Variant {
         })
     }
 
-    /// The macros of the preprocessor that select this variant in the shaders: pairs of name and value, "0" or "1".
+    /// The preprocessor macros with which a shader is compiled for this variant: pairs of the name of a macro and its value,
+    /// "0" or "1".
     pub fn defines(self) -> Vec<(&'static str, &'static str)> {
         let flag = |on: bool| if on { "1" } else { "0" };
         vec![
@@ -133,8 +147,8 @@ impl Variant {
         ]
     }
 
-    /// The key under which the shader of a pass is embedded: pass, tracer, geometry access, fetch and textures, separated by
-    /// dots.
+    /// The key of the embedded SPIR-V of the pass with the name `pass` in this variant: the names of pass, tracer, geometry
+    /// access, fetch and textures, separated by dots.
     pub fn key(self, pass: &str) -> String {
         format!(
             "{pass}.{}.{}.{}.{}",

@@ -1,4 +1,5 @@
-//! Draws error and bias over the parameters in which the scenes of a study differ, as an SVG figure.
+//! Draws the error and the bias of configurations over a parameter of the scene, as an SVG figure, for a study whose scenes
+//! differ only in the value of that parameter.
 
 use super::results::Row;
 use crate::{Error, Result};
@@ -10,13 +11,13 @@ use std::collections::BTreeMap;
 const PANEL: (u32, u32) = (360, 300);
 /// The height of a line of the legend below the panels, in pixels. There is one line for each configuration.
 const LINE: u32 = 20;
-/// The maximum distance between the error bars of two configurations at one value of the parameter, as a fraction of the
-/// axis. They stand beside each other so that all are visible.
+/// The maximum horizontal distance between the error bars of two configurations next to each other that belong to the same
+/// value of the parameter, as a fraction of the axis. Without a distance, one bar would hide the other.
 const BESIDE: f64 = 0.012;
-/// The minimum number of scenes that must differ in a parameter so that it gets a panel.
+/// The minimum number of scenes that must differ only in one parameter, so that the figure has panels for this parameter.
 const LEAST: usize = 3;
-/// The colours of the configurations, which colour-blind people can distinguish (Okabe and Ito, 2008). With more
-/// configurations than colours they repeat.
+/// The colours of the configurations, which colour-blind people can distinguish (Okabe and Ito, 2008). If there are more
+/// configurations than colours, the colours are used again from the first one on.
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
@@ -27,22 +28,24 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
 ];
 
-/// The result of one configuration on the scene with one value of a parameter.
+/// The result of one configuration on one scene: a point of the curve over a parameter of the scene.
 struct Point {
     value: f64,
-    /// The RMSE of the last frame, divided by the mean of the reference.
+    /// The RMSE of the last frame, as the mean over seeds, divided by the mean radiance of the reference, so that bright and
+    /// dark scenes are comparable.
     error: f64,
-    /// The bias of the mean and the half-width of its 99 % interval, both in percent of the reference, for the channel with
-    /// the largest bias.
+    /// For the colour channel with the largest bias: the bias of the picture's mean, and then the half-width of the 99 %
+    /// interval of this bias. Both are in percent of the reference's mean.
     bias: [f64; 2],
 }
 
-/// The points of the figure. The key is the name of a scene, with a parameter in which the scenes of this name differ; the
-/// value maps the name of each configuration to its points.
+/// The points of the figure. The outer key is the name of a scene without its parameter, and the name of the parameter in
+/// which the scenes with this name differ. The inner key is the name of a configuration; its value has one point per scene.
 type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
 
-/// A figure, as the text of an SVG file, with two panels for each parameter in which at least three of the study's scenes
-/// differ: the error and the bias of every configuration. `None` if there is no such parameter.
+/// Draws a figure from the rows of a study's results, and returns the text of an SVG file. For each parameter in which at
+/// least three scenes differ, the figure has a panel with the error and a panel with the bias of every configuration. Only
+/// scenes with a single parameter, whose value is a positive number, count. Returns `None` if there is no such parameter.
 ///
 /// # Errors
 /// The drawing library fails.
@@ -85,7 +88,7 @@ pub fn svg(rows: &[Row]) -> Result<Option<String>> {
     Ok(Some(text))
 }
 
-/// An error of the drawing library. It writes to a text in memory, so it has no errors of files.
+/// An error of the drawing library. The library writes the figure to a text in memory, so files are never the cause.
 type Failure = Box<dyn std::error::Error>;
 
 fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> {
@@ -150,8 +153,9 @@ fn draw(axes: &Axes<'_>, text: &mut String) -> std::result::Result<(), Failure> 
 /// A chart whose horizontal axis shows the values of a parameter on a logarithmic scale.
 type Chart<'a, 'b, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<LogCoord<f64>, Y>>;
 
-/// Prepares a chart in `area` with axes and the caption `title`. The horizontal axis covers `values` of the parameter on a
-/// logarithmic scale; the vertical axis is `up`, with the label `what`. Returns the chart to draw into.
+/// Prepares a chart in `area`, draws its axes and the caption `title`, and returns the chart, so that the caller can draw
+/// curves into it. The horizontal axis covers the range `values` of the parameter on a logarithmic scale. The vertical axis
+/// has the range and the scale of `up`, and the label `what`.
 fn chart<'a, 'b, Y: AsRangedCoord<Value = f64>>(
     area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
     title: &str,
@@ -179,7 +183,7 @@ where
     Ok(chart)
 }
 
-/// A number as text with two significant digits, for the labels of axes.
+/// A number as text with at most two significant digits, for the labels of axes.
 fn short(number: &f64) -> String {
     let rounded: f64 = format!("{number:.1e}").parse().unwrap_or(*number);
     match rounded.abs() {
@@ -189,8 +193,8 @@ fn short(number: &f64) -> String {
     }
 }
 
-/// The range of a logarithmic axis around the positive ones of `values`, with a margin. Without positive values it is 0.5 to
-/// 2.
+/// The range of a logarithmic axis that includes all positive numbers of `values`, with a margin at both ends. Numbers that
+/// are not positive are left out; if there are no others, the range is 0.5 to 2.
 fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     let (low, high) = values
         .filter(|value| *value > 0.0)

@@ -1,15 +1,16 @@
-//! The test for bias of a configuration, with the confidence interval of its result.
+//! Tests whether a configuration has a bias: whether the mean of its pictures over many seeds differs from the reference. A
+//! confidence interval states how well the difference is known.
 //!
 //! Frames of a run depend on each other, so runs with different seeds are the samples. Two things are tested:
 //!
-//! - the mean of the picture is compared with that of the reference, by Student's t with the error of the reference. If the
-//!   interval is wider than half a percent, the verdict is `undecided`;
+//! - the mean of the picture is compared with that of the reference by Welch's t-test, which includes the error of the
+//!   reference. If no bias is found, but the half-width of the interval exceeds half a percent, the verdict is `undecided`;
 //! - blocks of pixels are compared too, because a bias can cancel over the picture. Light noise is skewed to the right, so
 //!   the distribution of the blocks' t values is compared with that of an unbiased control with as much noise. The worst
 //!   block is also tested by itself, since one corner of a picture hardly changes a distribution. Neighbouring blocks are
 //!   correlated, which these tests ignore, so they only raise an alarm.
 //!
-//! After an alarm, fresh seeds alone decide.
+//! After an alarm of either test, runs with fresh seeds alone decide, because the first seeds were the reason for the alarm.
 
 use super::plan::{Expect, Resolved};
 use super::reference::Reference;
@@ -18,45 +19,48 @@ use super::subject::path_tracing;
 use crate::metrics::statistics::{Estimate, kolmogorov_smirnov_p_value, t_tail, welch_p_value};
 use serde::Serialize;
 
-/// The largest half-width of a 99 % interval with which a verdict can be `unbiased`, as a fraction of the mean. Wider
-/// intervals get more seeds.
+/// The largest half-width of the 99 % interval of a bias with which a verdict can be `unbiased`, as a fraction of the
+/// reference's mean. A configuration that is expected to be unbiased gets more seeds while its interval is wider.
 pub const WIDEST: f64 = 0.005;
-/// The largest half-width of the 99 % interval of a reference's mean, as a fraction of the mean. A study refuses a reference
-/// with a larger one. It is below [`WIDEST`], so that the error of the runs may have a part of the interval.
+/// The largest half-width of the 99 % interval of the mean of a reference's picture, as a fraction of this mean. A study
+/// refuses a reference with a larger half-width. The limit is below [`WIDEST`], because the interval of a bias contains the
+/// error of the reference and also the error of the runs.
 pub const WIDEST_REFERENCE: f64 = 0.004;
-/// The probability of a false alarm that is accepted for all tests that are corrected together, in [0, 1]. If a corrected
-/// p-value is below it, the configuration counts as biased.
+/// The accepted probability, in [0, 1], that any of the tests that are corrected together gives a false alarm. Holm's method
+/// corrects p-values for the number of tests. If a corrected p-value is below this level, the configuration counts as
+/// biased.
 pub const LEVEL: f64 = 0.01;
-/// The minimum number of fresh seeds that decide after an alarm (a sign of bias in the first runs). If the alarm came from
-/// more seeds, the number of fresh seeds is as large.
+/// The minimum number of runs with fresh seeds that decide after an alarm, which is a sign of bias in the first runs. If the
+/// alarm came from more seeds than this, the number of fresh seeds is as large as theirs.
 pub const CONFIRMING_SEEDS: u32 = 128;
-/// The maximum number of samples per pixel of a control (path tracing with as much noise as a configuration). More samples
-/// do not make the noise of the control less skewed.
+/// The maximum number of samples per pixel of a control (path tracing with as much noise as a configuration). If a
+/// configuration has even less noise, its control has more noise than it. The limit bounds the time that controls take.
 const MAX_CONTROL_SAMPLES: u32 = 64;
-/// The half-width of the interval that contains 99 % of a normal distribution, in standard deviations.
+/// The half-width of the central interval of a normal distribution that contains 99 % of it, in standard deviations. It
+/// predicts the interval for many seeds, for which Student's distribution is nearly normal.
 const NORMAL_99: f64 = 2.5758;
-/// The distance of a bias from the threshold of a test, in standard errors, at which the test finds the bias with a
-/// probability of 90 %.
+/// The number of standard errors by which a bias must exceed the threshold of a test, so that the test finds this bias with
+/// a probability of 90 %.
 const POWER: f64 = 1.2816;
 
-/// The bias of a configuration's mean, estimated from its runs: the difference from the reference, with intervals and
-/// p-values. Lists have one entry for each of red, green and blue.
+/// The bias of the mean of a configuration's pictures, estimated from its runs: the difference from the mean of the
+/// reference, with intervals and p-values. Lists have one entry for each of red, green and blue.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bias {
     /// The number of runs, each with its own seed, from which the bias was estimated.
     pub seeds: usize,
-    /// The bias of each channel's mean, as a fraction of [`Reference::scale`]. It is positive if the pictures are too
-    /// bright.
+    /// For each channel, the mean of the runs minus the mean of the reference, as a fraction of [`Reference::scale`]. It is
+    /// positive if the pictures are too bright.
     pub relative: [f64; 3],
-    /// The half-widths of the 99 % intervals of [`Self::relative`], in the same unit.
+    /// For each channel, the half-width of the 99 % interval around [`Self::relative`], in the same unit.
     pub half_width: [f64; 3],
-    /// For each channel, the probability of a difference at least as large if there were no bias. They are not corrected for
-    /// the number of tests.
+    /// For each channel, the probability that chance alone causes a difference from the reference at least as large as this
+    /// one, if there is no bias. The p-values are not corrected for the number of tests.
     pub p_values: [f64; 3],
     #[serde(skip)]
     differences: [Estimate; 3],
-    /// The standard errors of the reference's channel means, in the unit of its radiance. They are the part of the
-    /// differences' errors that more seeds do not reduce.
+    /// For each channel, the standard error of the reference's mean, in the unit of its radiance. The error of a difference
+    /// from the reference contains it, and more seeds do not reduce this part.
     #[serde(skip)]
     truth_errors: [f64; 3],
     #[serde(skip)]
@@ -64,8 +68,8 @@ pub struct Bias {
 }
 
 impl Bias {
-    /// Estimates the bias of one configuration's runs against the reference of their last frame. Differences that rounding
-    /// explains count as 0.
+    /// Estimates the bias of one configuration from the means of its runs, one run for each seed, and from the mean of
+    /// `reference`, the reference of the last frame. A difference that rounding alone explains counts as 0.
     pub fn measure(runs: &[&Run], reference: &Reference) -> Self {
         let truth = reference.mean_estimates();
         let own = [0, 1, 2].map(|c| {
@@ -105,19 +109,21 @@ impl Bias {
         }
     }
 
-    /// The mean over the channels of the radiance that biases are divided by ([`Reference::scale`]). Figures divide errors
-    /// by it, so that bright and dark scenes are comparable.
+    /// The mean, over the three channels, of the radiance by which biases are divided ([`Reference::scale`]). Figures divide
+    /// errors by it, so that bright and dark scenes are comparable.
     pub fn brightness(&self) -> f64 {
         self.scale.iter().sum::<f64>() / 3.0
     }
 
-    /// The largest of the half-widths of the three channels ([`Self::half_width`]).
+    /// The largest of the half-widths of the three channels ([`Self::half_width`]), as a fraction of the mean. A study
+    /// compares it with [`WIDEST`].
     pub fn widest(&self) -> f64 {
         self.half_width.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The relative bias that is found with a probability of 90 % in the channel with the most noise, if `tests` tests are
-    /// corrected together. More tests make it larger.
+    /// The smallest bias that the test finds with a probability of 90 %, as a fraction of the reference's mean, in the
+    /// channel where it is largest. `tests` is the number of tests that are corrected together; with more tests, only a
+    /// larger bias is found.
     pub fn detectable(&self, tests: usize) -> f64 {
         let level = LEVEL / tests.max(1) as f64;
         let each = [0, 1, 2].map(|c| {
@@ -128,8 +134,8 @@ impl Bias {
         each.into_iter().fold(0.0, f64::max)
     }
 
-    /// The number of additional seeds with which all half-widths would be at most [`WIDEST`]; 0 if they are already. `None`
-    /// if the error of the reference is too large for any number of seeds.
+    /// The number of additional seeds with which the half-widths of all channels would be at most [`WIDEST`]; 0 if they are
+    /// already. `None` if the error of the reference is so large that no number of seeds suffices.
     pub fn missing_seeds(&self) -> Option<f64> {
         let seeds = self.seeds as f64;
         let needed = [0, 1, 2].map(|c| {
@@ -150,13 +156,14 @@ impl Bias {
     }
 }
 
-/// True if the difference and its standard error are both at most `rounding`, so that rounding alone explains them.
+/// True if the magnitude of a difference from the reference and its standard error are both at most `rounding`, so that
+/// rounding alone explains the difference. All three have the unit of the compared means.
 fn is_rounding(difference: &Estimate, rounding: f64) -> bool {
     difference.mean.abs() <= rounding && difference.standard_error <= rounding
 }
 
-/// For each block, row by row, the mean of its luminance over the runs minus that of the reference. `None` for blocks
-/// without noise, which are black, and for those that rounding explains.
+/// For each block, row by row, the mean of its luminance over the runs minus its luminance in the reference. `None` for a
+/// block without noise, such as a black one, and for a block whose difference rounding alone explains.
 fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimate>> {
     let truth = reference.block_estimates();
     let (_, rounding) = reference.rounding();
@@ -170,17 +177,19 @@ fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimat
         .collect()
 }
 
-/// The difference of each block's mean from the reference's, in standard errors. The blocks without noise are left out, so
-/// entries do not correspond to block indices.
+/// The t value of each block: the difference of its mean luminance from the reference, divided by the standard error of this
+/// difference. Blocks with `None` in [`block_differences`] are left out, so the index of an entry is not the index of a
+/// block.
 fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
     (block_differences(runs, reference).iter().flatten())
         .map(|difference| difference.mean / difference.standard_error)
         .collect()
 }
 
-/// A p-value for the blocks of a configuration's runs. It is the probability, without bias, that their t values differ as
-/// much from those of `control` (runs of path tracing with similar noise), or that one block is as far off. It would be
-/// exact if blocks were independent, and is 1 if no block has noise.
+/// The p-value of two tests of the blocks of a configuration's runs, combined. The first compares the distribution of the
+/// blocks' t values with that of the blocks of `control` (runs of path tracing with similar noise); the second tests the
+/// block that is farthest from the reference. The p-value would be exact if blocks were independent. It is 1 if no block has
+/// noise.
 pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
     let own = t_values(runs, reference);
     if own.is_empty() {
@@ -192,8 +201,9 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
     (2.0 * all.min(worst)).min(1.0)
 }
 
-/// The control of a configuration: path tracing, which has no bias, of the same light at the time of the configuration's
-/// last frame. Its blocks are compared with those of the configuration. `samples` is its number of samples per pixel.
+/// The control of a configuration, with whose blocks of pixels its own blocks are compared. It renders the same light by
+/// path tracing, which has no bias, at the time of the configuration's last frame. `samples` is its number of samples per
+/// pixel.
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),
@@ -207,8 +217,9 @@ pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     }
 }
 
-/// The number of samples per pixel with which a control (path tracing for comparison) has about the noise of `runs`: a power
-/// of two from 1 to 64. `single` are runs of a control with one sample per pixel.
+/// The number of samples per pixel with which the blocks of a control (path tracing for comparison) have about as much noise
+/// as those of `runs`. It is a power of two from 1 to 64. `single` are runs of a control with one sample per pixel, from
+/// whose noise it is computed.
 pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     let variance = |runs: &[&Run]| {
         let blocks = runs.first().map_or(0, |run| run.blocks.len());
@@ -229,16 +240,18 @@ pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
 /// The result of the runs with fresh seeds, which alone decide after an alarm (a sign of bias in the first runs).
 #[derive(Clone, Debug, Serialize)]
 pub struct Confirmation {
-    /// The bias of the runs with fresh seeds.
+    /// The bias of the mean of the picture, estimated from the runs with fresh seeds alone.
     pub bias: Bias,
-    /// The p-value of the pattern of blocks in which the first runs deviated from the reference: without bias, the
-    /// probability that fresh runs show the same pattern as strongly. It is 1 if they deviate to the other side.
+    /// The p-value of the test whether the fresh runs deviate from the reference in the same blocks, and to the same side,
+    /// as the first runs. It is the probability, without bias, that they show this pattern at least as strongly. It is 1 if
+    /// they deviate to the opposite side.
     pub pattern_p_value: f64,
 }
 
 impl Confirmation {
-    /// Tests the runs `fresh` for the bias of their mean, and for the pattern of blocks that the runs `first` showed. The
-    /// pattern reduces each run to one number, so the dependence of blocks on each other does not matter.
+    /// Tests the runs `fresh` for a bias of their mean, and for the pattern of blocks in which the runs `first` deviated
+    /// from the reference. A weighted sum over blocks, with the pattern as weights, reduces each run to one number.
+    /// Therefore the test stays correct although the noise of neighbouring blocks is correlated.
     pub fn measure(first: &[&Run], fresh: &[&Run], reference: &Reference) -> Self {
         let differences = block_differences(first, reference);
         let pattern: Vec<f64> = (differences.iter())
@@ -299,8 +312,8 @@ pub(super) mod samples {
         }
     }
 
-    /// A reference of six blocks, of which block `b` is the mean of `counts[b]` runs of its own. Its errors are therefore
-    /// known and independent of other runs.
+    /// A reference of six blocks with known errors. Block `b` is the mean of `counts[b]` runs, so a smaller count gives a
+    /// larger error. The seeds of these runs are `first_seed` + 1000 · `b` and the following ones.
     pub fn noisy_reference(first_seed: u32, counts: [u32; BLOCKS]) -> Reference {
         let blocks: Vec<Estimate> = (0..BLOCKS)
             .map(|b| {
@@ -319,8 +332,8 @@ pub(super) mod samples {
         noisy
     }
 
-    /// `count` runs with seeds from `first_seed`, whose blocks scatter around 1 + `offset`. A part of the noise is common to
-    /// pairs of neighbouring blocks.
+    /// Makes `count` runs with the seeds `first_seed` and following, without rendering. The luminance of block `b` scatters
+    /// around 1 + `offset[b]`. A part of the noise is common to two neighbouring blocks, as in real pictures.
     pub fn runs(count: u32, first_seed: u32, offset: [f64; BLOCKS]) -> Vec<Run> {
         let noise = |seed: u32, block: u32| {
             let bits = blake3::hash(&[seed.to_le_bytes(), block.to_le_bytes()].concat());
@@ -431,7 +444,8 @@ mod tests {
         assert!(bias.detectable(100) > found);
     }
 
-    /// The scene shows emission alone: all runs are equal, and the reference differs from them only by its rounding.
+    /// The scene shows emission alone, which has no noise: all runs are equal, and the reference differs from them only by
+    /// its rounding.
     #[test]
     fn without_noise_there_is_neither_alarm_nor_infinity() {
         for (emission, sums_rounding) in [(0.0, 0.0), (7.0, 0.0), (7.0, 3e-7)] {

@@ -1,27 +1,31 @@
-//! Measures the bias of blocks of pixels. Over the whole picture a bias can cancel, for example where light is blurred.
+//! Measures the bias of blocks of pixels. It also shows a bias that cancels over the whole picture, for example where light
+//! is blurred.
 
 use super::reference::Reference;
 use super::run::Run;
 use crate::metrics::statistics::Estimate;
 use serde::Serialize;
 
-/// The bias of the mean luminance of blocks of 8 × 8 pixels, as the root mean square over all blocks of a picture. The part
-/// that noise explains is subtracted.
+/// The size of the bias in blocks of 8 × 8 pixels: the root mean square, over all blocks of a picture, of the bias of a
+/// block's mean luminance. The part that noise explains is subtracted. Tables of results show it; no verdict depends on it.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BlockBias {
-    /// The root mean square, as a fraction of the reference's mean luminance without emission; 0 if noise explains the whole
-    /// difference.
+    /// The root mean square, as a fraction of the reference's mean luminance without directly visible emission; 0 if noise
+    /// explains all differences.
     pub relative: f64,
-    /// The lower and the upper end of the 99 % interval of [`Self::relative`], both at least 0.
+    /// The lower and then the upper end of the 99 % interval of [`Self::relative`]. Both are in the same unit and at least
+    /// 0.
     pub interval: [f64; 2],
 }
 
 impl BlockBias {
-    /// Measures the bias of the blocks over the runs of one configuration; `None` for fewer than three runs.
+    /// Measures the bias of the blocks from all runs of one configuration, one run for each seed. `reference` is that of the
+    /// last frame. Returns `None` for fewer than three runs.
     ///
-    /// The product of two runs' differences from the reference has the square of the bias as its mean, since their noise is
-    /// independent. The mean over all pairs of runs is a U-statistic (Hoeffding, "A class of statistics with asymptotically
-    /// normal distribution", 1948); its error comes from the jackknife over runs.
+    /// The product of two runs' differences from the reference has the square of the bias as its mean, since the noise of
+    /// different runs is independent. The mean of this product over all pairs of runs is a U-statistic (Hoeffding, "A class
+    /// of statistics with asymptotically normal distribution", 1948). Its error is estimated by the jackknife, which leaves
+    /// out one run at a time.
     pub fn measure(runs: &[&Run], reference: &Reference) -> Option<Self> {
         let truth = reference.block_estimates();
         let blocks = truth.len() as f64;
@@ -122,7 +126,7 @@ mod tests {
         assert!(missed <= 8, "{missed} of {TRIALS}");
     }
 
-    /// The reference has the most noise in the block that is biased.
+    /// The biased block is also the block in which the reference has the most noise.
     #[test]
     fn intervals_cover_the_truth_beside_a_noisy_reference() {
         const TRIALS: u32 = 200;

@@ -1,23 +1,26 @@
-//! The folder of a study: only one study at a time can use it. If a study is refused before it begins, the folder is
-//! removed.
+//! The folder of a study's results, which only one study at a time can use. If a study ends without a result, the files and
+//! folders that it created are removed.
 
 use crate::{Error, Result};
 use std::fs::{File, TryLockError};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// The folder of a study's results. It is locked against other studies while this value exists; when the value is dropped,
-/// empty files and new empty folders are removed.
+/// The folder of a study's results. While this value exists, the folder is locked against other studies. When it is dropped,
+/// an empty file of runs, an empty subfolder `references`, and empty folders that [`Self::open`] created are removed.
 pub struct Folder {
     path: PathBuf,
-    /// The folders that [`Self::open`] created, the innermost first. If they are still empty, they are removed at the end.
+    /// The paths of the folders that [`Self::open`] created, the innermost first. Those that are still empty when this value
+    /// is dropped are removed.
     made: Vec<PathBuf>,
-    /// The open file of finished runs, `runs.jsonl`. Its lock is the lock of the folder.
+    /// The open file of finished runs, `runs.jsonl`. The lock on this file keeps other studies out of the folder; it ends
+    /// when the file is closed.
     _lock: File,
 }
 
 impl Folder {
-    /// Creates the folder if it does not exist, and locks it.
+    /// Creates the folder at `path` if it does not exist, with the folders above it and its subfolder `references`, and
+    /// locks it against other studies.
     ///
     /// # Errors
     /// The folder cannot be created or written, or another study uses it.
@@ -44,25 +47,26 @@ impl Folder {
         Ok(folder)
     }
 
-    /// The path of the folder, as the user gave it.
+    /// The path of the folder as the user gave it, for messages.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The path of the subfolder `references`. It holds the references (path-traced pictures that runs are compared with),
-    /// one EXR file each.
+    /// The path of the subfolder `references`. It contains the references (path-traced pictures that runs are compared with)
+    /// as one EXR file each.
     pub fn references(&self) -> PathBuf {
         references(&self.path)
     }
 
-    /// True if the folder holds a finished run or a reference. Then it stays, and a study can continue in it.
+    /// True if the folder contains a finished run or a reference. Then the folder is not removed, and the same command can
+    /// continue the study; a message after a signal states this.
     pub fn holds_results(&self) -> bool {
         let has_runs = self.runs().metadata().is_ok_and(|runs| runs.len() > 0);
         let mut references = self.references().read_dir().into_iter().flatten();
         has_runs || references.next().is_some()
     }
 
-    /// The path of the file of finished runs, `runs.jsonl`.
+    /// The path of the file of finished runs, `runs.jsonl`, which has one line for each run.
     pub fn runs(&self) -> PathBuf {
         runs(&self.path)
     }
@@ -74,8 +78,8 @@ impl Drop for Folder {
     }
 }
 
-/// Removes the file of runs and the folder of references from `folder` if they are empty, and then those folders in `made`
-/// that are empty.
+/// Removes the file of runs and the subfolder `references` of `folder` if they are empty. Then removes the folders in `made`
+/// that are empty, in the order of that list. Errors are ignored, because the folders do no harm.
 fn take_away_empty(folder: &Path, made: &[PathBuf]) {
     let runs = runs(folder);
     if runs.metadata().is_ok_and(|about| about.len() == 0) {
@@ -96,8 +100,8 @@ fn references(folder: &Path) -> PathBuf {
     folder.join("references")
 }
 
-/// Opens and locks the file of finished runs in `folder`. `None` while another study has the lock. Fails if the file cannot
-/// be opened for writing.
+/// Creates or opens the file of finished runs in `folder`, and locks it. Returns `None` if another study has the lock, and
+/// an error if the file cannot be opened for writing.
 fn lock(folder: &Path) -> Result<Option<File>> {
     let path = runs(folder);
     loop {

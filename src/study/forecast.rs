@@ -1,23 +1,26 @@
-//! Estimates the fraction of a study that is done, from the durations of its steps so far and the number of steps to come.
+//! Estimates the fraction of a study that is done, from the durations of the steps that are done and the number of steps to
+//! come. A step is one frame, or one sample per pixel of a reference.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// A kind of work on a scene, whose steps take about equal time.
+/// A kind of work on a scene. All its steps on one scene take about the same time, so the mean duration of those that are
+/// done predicts the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effort {
-    /// Rendering references. A step is one sample per pixel.
+    /// Rendering references, the path-traced pictures that runs are compared with. A step is one sample per pixel.
     References,
     /// Rendering the runs of configurations. A step is one frame.
     Runs,
-    /// Rendering the path-traced controls that blocks are compared with. A step is one frame.
+    /// Rendering controls: runs of path tracing with as much noise as a configuration, for the test of blocks. A step is one
+    /// frame.
     Controls,
-    /// Repeating runs, to find races and to count rays. A step is one frame.
+    /// Rendering a run again: to find data races, which change its bits, and to count rays. A step is one frame.
     Repeats,
 }
 
-/// The steps of a study that are done and those to come, for each scene and kind of work. From them follows the fraction of
-/// the study that is done, which progress reports show.
+/// For each scene and kind of work ([`Effort`]), the number of steps that are done, their total time, and the number of
+/// steps to come. From these it estimates the fraction of the study that is done, which progress reports show.
 #[derive(Debug, Default)]
 pub struct Forecast {
     stages: BTreeMap<(String, Effort), Stage>,
@@ -31,19 +34,21 @@ struct Stage {
 }
 
 impl Forecast {
-    /// Sets the number of steps that are still to come on a scene, for one kind of work. It replaces the earlier number.
+    /// Sets the number of steps of one kind of work that are still to come on the scene with the name `scene`. It replaces
+    /// the number that was set before.
     pub fn expect(&mut self, scene: &str, effort: Effort, steps: u64) {
         self.stage(scene, effort).to_come = steps;
     }
 
-    /// Raises the number of steps that are still to come on a scene, for one kind of work, to `steps`; a number that is
-    /// larger already stays. A study calls it before it renders runs, with the number of steps that it finds missing.
+    /// Raises the number of steps of one kind of work that are still to come on the scene with the name `scene` to `steps`;
+    /// if it is larger already, it stays. A study calls this before it renders runs, with the number of frames whose runs
+    /// are not stored yet.
     pub fn expect_at_least(&mut self, scene: &str, effort: Effort, steps: u64) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.max(steps);
     }
 
-    /// Ends the work on a scene: no steps of any kind are to come.
+    /// Ends the work on the scene with the name `scene`: the numbers of steps to come become 0 for all kinds of work on it.
     pub fn close(&mut self, scene: &str) {
         for ((name, _), stage) in &mut self.stages {
             if name == scene {
@@ -52,8 +57,9 @@ impl Forecast {
         }
     }
 
-    /// Records that `steps` steps of one kind of work on a scene are done, and that together they took the time `took`. The
-    /// steps to come are reduced by them, and their mean duration estimates the rest.
+    /// Records that `steps` steps of one kind of work on the scene with the name `scene` are done, and that together they
+    /// took the time `took`. The number of steps to come is reduced by `steps`, but not below 0. The mean duration of the
+    /// steps that are done predicts those to come.
     pub fn done(&mut self, scene: &str, effort: Effort, steps: u64, took: Duration) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.saturating_sub(steps);
@@ -61,8 +67,8 @@ impl Forecast {
         stage.seconds += took.as_secs_f64();
     }
 
-    /// The fraction of the study that is done, in [0, 1]: the time that its steps took, divided by that time and the
-    /// estimated time of the steps to come. It is 0 before the first step.
+    /// The estimated fraction of the study that is done, in [0, 1]: the time of the steps that are done, divided by the sum
+    /// of this time and the predicted time of the steps to come. It is 0 before the first step is done.
     pub fn fraction(&self) -> f64 {
         let passed: f64 = self.stages.values().map(|stage| stage.seconds).sum();
         let left: f64 = (self.stages.iter())
@@ -80,8 +86,9 @@ impl Forecast {
         self.stages.entry((scene.to_owned(), effort)).or_default()
     }
 
-    /// The expected duration of a step of one kind, in seconds: the mean on this scene or, if there is none yet, over all
-    /// scenes or, without these, over all kinds of work.
+    /// The predicted duration of one step of the kind `effort` on the scene of `stage`, in seconds: the mean over the steps
+    /// that are done there. If there are none, it is the mean of this kind of work over all scenes; if there are none
+    /// either, the mean over all kinds of work; before the first step, 0.
     fn step_seconds(&self, effort: Effort, stage: &Stage) -> f64 {
         let mean = |stages: &mut dyn Iterator<Item = &Stage>| {
             let (mut steps, mut seconds) = (0, 0.0);

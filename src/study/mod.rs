@@ -1,5 +1,6 @@
-//! Studies: configurations × scenes × seeds × frames, compared with references, and a test for bias of each configuration. A
-//! plan describes a study. Every finished run is stored, so that a study that was stopped can continue.
+//! Studies, which measure the error and test the bias of configurations (presets with changes). A study renders each
+//! configuration on several scenes with many seeds, and compares the frames with path-traced references. A plan, which is a
+//! TOML file, describes the study. Every finished run is stored, so that a study that was stopped can continue.
 
 pub mod axes;
 pub mod bias;

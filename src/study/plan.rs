@@ -1,4 +1,5 @@
-//! The plan of a study: a TOML file that names scenes, configurations, and the numbers of seeds and samples.
+//! The plan of a study: a TOML file that describes scenes and configurations (presets with changes), and states the numbers
+//! of seeds and samples.
 
 use super::planned_scene::PlannedScene;
 use super::plans::PLANS;
@@ -16,56 +17,65 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A study as the user describes it in a TOML file. The fields are the keys of the file.
+/// A study as the user describes it in a TOML file. Each field except `source` is a key of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// The scenes with their views. Each configuration is rendered on all of them, unless it names some of them.
+    /// The scenes, each with its camera and environment. A configuration is rendered on all of them, unless it lists the
+    /// names of some of them.
     pub scenes: Vec<PlannedScene>,
-    /// The width of the pictures in pixels; the height follows from each camera.
+    /// The width of the pictures in pixels. The height follows from the aspect ratio of each scene's camera.
     #[serde(default = "default_width")]
     pub width: u32,
-    /// The number of frames of a run, with indices from 0. The last one is checked for bias.
+    /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the last
+    /// frame. If frames show the same time and do not depend on each other, it is measured in the mean of all.
     #[serde(default = "one")]
     pub frames: u32,
-    /// The number of frames per second of the scene's time; without it, all frames show `start_time`.
+    /// The number of frames per second of time in the scene, so that the scene moves from frame to frame. `None`: all frames
+    /// show the time `start_time`.
     #[serde(default)]
     pub fps: Option<f64>,
     /// The time in the scene that frame 0 shows, in seconds.
     #[serde(default)]
     pub start_time: f64,
-    /// The number of independent runs of each configuration on each scene, at least 2.
+    /// The number of runs of each configuration on each scene, at least 2. Each run has its own seed, so their noise is
+    /// independent.
     #[serde(default = "default_seeds")]
     pub seeds: u32,
-    /// The maximum number of runs, if `seeds` runs leave the interval of the bias too wide; by default four times as many.
+    /// The maximum number of runs of a configuration on a scene. After `seeds` runs, more are rendered only if the
+    /// configuration is expected to be unbiased and the interval of its bias is too wide for a proof. `None`: four times
+    /// `seeds`.
     #[serde(default)]
     pub most_seeds: Option<u32>,
-    /// The maximum number of scattering events of a path. With 1 there is only direct light.
+    /// The maximum number of scattering events of a path. With 1 there is only direct light, with 2 or more also indirect
+    /// light.
     #[serde(default = "one")]
     pub bounces: u32,
-    /// The number of samples per pixel of the references, at least 2. More samples make their error smaller.
+    /// The number of samples per pixel of the references (path-traced pictures that runs are compared with), at least 2.
+    /// More samples make the error of a reference smaller. A scene can have a number of its own.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
-    /// True if rays, lanes in use and neighbours are counted, by additional runs that are not timed.
+    /// True if one additional run of each configuration on each scene counts rays, lanes in use and merged neighbours. It is
+    /// not timed, because counting takes time.
     #[serde(default)]
     pub count: bool,
-    /// Configurations that are described one by one.
+    /// The configurations that the plan describes one by one.
     #[serde(default)]
     pub configurations: Vec<Configuration>,
-    /// Sweeps, each of which stands for many configurations: one for every combination of its values.
+    /// The sweeps. Each stands for many configurations: one for every combination of the values that it lists.
     #[serde(default)]
     pub sweeps: Vec<Sweep>,
-    /// The text of the plan with its origin, so that errors can name a line.
+    /// The text of the plan and its origin (a file or plan name), with which an error message can name a line.
     #[serde(skip)]
     pub source: TomlText,
 }
 
-/// The maximum of `seeds` and `most_seeds` in a plan. The runs of path tracing for comparison, and the runs that decide
-/// after a sign of bias, have seeds far above it, so that no seed is used twice.
+/// The largest value that `seeds` and `most_seeds` may have in a plan. Controls (runs of path tracing for comparison), and
+/// the runs that decide after a sign of bias, have seeds far above it, so that no seed has two uses.
 const MAX_SEEDS: u32 = 1 << 16;
 
-/// The maximum number of configurations in a plan, including those of its sweeps. More are an error, before they take
-/// memory.
+/// The maximum number of configurations in a plan, including all combinations of its sweeps. A plan with more is refused
+/// before the combinations take memory.
 const MAX_CONFIGURATIONS: usize = 4096;
 
 fn default_width() -> u32 {
@@ -84,16 +94,17 @@ fn default_spp() -> u32 {
     4096
 }
 
-/// The verdict that a plan expects from the bias check of a configuration. It decides which verdict is a failure.
+/// The verdict that a plan expects from the bias check of a configuration. It decides which verdict makes the study fail,
+/// and whether more seeds are rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
-    /// The configuration has no bias. The study fails if the check finds one, and renders more seeds where the interval is
-    /// too wide for a proof.
+    /// The plan claims that the configuration has no bias. The study fails if the check finds one. If the interval of the
+    /// bias is too wide for a proof, the study renders more seeds, up to `most_seeds`.
     Unbiased,
-    /// The configuration has a bias, whose size is measured. No verdict is a failure.
+    /// The plan states that the configuration has a bias. The study measures its size, and no verdict makes it fail.
     Biased,
-    /// The plan makes no claim about the bias of the configuration. No verdict is a failure.
+    /// The plan states nothing about a bias of the configuration. No verdict makes the study fail.
     Any,
 }
 
@@ -106,84 +117,93 @@ impl Expect {
     }
 }
 
-/// A configuration as the plan describes it: a preset with changes. Studies render and judge it.
+/// A configuration as the plan describes it: a preset with changes of its settings. A study renders it on scenes and judges
+/// its error and bias.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Configuration {
     /// The name of the configuration in tables, unique in the plan.
     pub name: String,
-    /// The name of the preset to which the changes in `set` are applied.
+    /// The name of the preset (a named set of settings) to which the changes in `set` are applied.
     pub preset: String,
-    /// The changed settings: values by dotted key, such as `direct.mis`.
+    /// The settings that differ from those of the preset: new values by dotted key, such as `direct.mis`.
     #[serde(default)]
     pub set: Map<String, Value>,
-    /// True if a frame is measured as the mean of itself and all frames before it; false if it is measured alone.
+    /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false if it is
+    /// the frame alone.
     #[serde(default)]
     pub accumulate: bool,
-    /// The names of those scenes of the plan on which the configuration is rendered. Empty: all scenes.
+    /// The names of the scenes of the plan on which the configuration is rendered. Empty: all scenes.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// The verdict that is expected from the bias check. By default it is `unbiased`, and `any` for path tracing, which
-    /// makes the references themselves.
+    /// The verdict that the plan expects from the bias check. `None`: `unbiased` for resampling, and `any` for path tracing,
+    /// which renders the references too.
     #[serde(default)]
     pub expect: Option<Expect>,
 }
 
-/// A configuration for every combination of the values of some settings. Each is named after its values, such as
-/// `balance/temporal`.
+/// Describes many configurations: one for every combination of the values that `over` lists. The name of each consists of
+/// its values, separated by slashes, such as `balance/temporal`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// The name of the preset to which the changes in `set` and `over` are applied.
+    /// The name of the preset (a named set of settings) to which the changes in `set` and `over` are applied.
     pub preset: String,
-    /// The changed settings that all configurations of the sweep have: values by dotted key.
+    /// The settings that differ from those of the preset and are equal in all configurations of the sweep: new values by
+    /// dotted key, such as `direct.mis`.
     #[serde(default)]
     pub set: Map<String, Value>,
-    /// A list of values for each setting that differs between the configurations, by dotted key.
+    /// The settings that differ between the configurations of the sweep: for each dotted key, such as `direct.mis`, the list
+    /// of its values.
     pub over: Map<String, Value>,
-    /// True if a frame is measured as the mean of itself and all frames before it; false if it is measured alone.
+    /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false if it is
+    /// the frame alone.
     #[serde(default)]
     pub accumulate: bool,
-    /// The names of those scenes of the plan on which the sweep is rendered. Empty: all scenes.
+    /// The names of the scenes of the plan on which the configurations of the sweep are rendered. Empty: all scenes.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// The verdict that is expected from the bias check. By default it is `unbiased`, and `any` for path tracing, which
-    /// makes the references themselves.
+    /// The verdict that the plan expects from the bias check of each configuration of the sweep. `None`: `unbiased` for
+    /// resampling, and `any` for path tracing, which renders the references too.
     #[serde(default)]
     pub expect: Option<Expect>,
 }
 
-/// A configuration that is ready to be rendered: its settings are complete, and it has those values of the plan that its
-/// runs need.
+/// A configuration that is ready to be rendered. Its settings are complete, and it has copies of those values of the plan
+/// that its runs need.
 #[derive(Clone, Debug)]
 pub struct Resolved {
     /// The name of the configuration in tables, unique in the plan.
     pub name: String,
-    /// All settings: those of the preset, with the changes of the plan.
+    /// All settings: those of the preset, to which the changes of the plan are applied.
     pub settings: Settings,
-    /// The number of frames of a run, with indices from 0. The last one is checked for bias.
+    /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the last
+    /// frame. If frames show the same time and do not depend on each other, it is measured in the mean of all.
     pub frames: u32,
-    /// The clock that gives the time in the scene that each frame shows.
+    /// The map from the index of a frame to the time in the scene that the frame shows.
     pub clock: Clock,
-    /// True if a frame is measured as the mean of itself and all frames before it; false if it is measured alone.
+    /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false if it is
+    /// the frame alone.
     pub accumulate: bool,
-    /// True if an additional run counts rays, lanes in use and neighbours.
+    /// True if one additional run on each scene counts rays, lanes in use and merged neighbours.
     pub count: bool,
     /// The names of the scenes on which the configuration is rendered. Empty: all scenes of the plan.
     pub scenes: Arc<[String]>,
-    /// The verdict that is expected from the bias check.
+    /// The verdict that the plan expects from the bias check. It decides which verdict makes the study fail, and whether
+    /// more seeds are rendered.
     pub expect: Expect,
 }
 
 impl Resolved {
-    /// True if the configuration is rendered on the scene with this name.
+    /// True if the configuration is rendered on the scene with the name `scene`.
     pub fn is_for(&self, scene: &str) -> bool {
         self.scenes.is_empty() || self.scenes.iter().any(|name| name == scene)
     }
 }
 
 impl Plan {
-    /// The plan of the program with this name or, if there is none, the plan in the file with this name.
+    /// Reads the plan that is part of the program and has the name `name`. If there is none, reads the plan from the file at
+    /// the path `name`.
     ///
     /// # Errors
     /// There is neither a plan nor a readable file with this name, or an error of [`Self::parse`] occurs.
@@ -204,8 +224,8 @@ impl Plan {
         Self::parse(name, &text)
     }
 
-    /// Reads a plan from TOML text. `origin` is the name of the text in messages. Settings are not checked before
-    /// [`Self::resolve`].
+    /// Reads a plan from TOML text. `origin` is the name of the text in error messages. The names and values of settings are
+    /// checked only by [`Self::resolve`].
     ///
     /// # Errors
     /// The text is not TOML, a key is unknown or missing, or a value is not possible in any plan.
@@ -240,7 +260,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The clock that gives the time in the scene that each frame shows.
+    /// The map from the index of a frame to the time in the scene that the frame shows, as `start_time` and `fps` define it.
     pub fn clock(&self) -> Clock {
         Clock {
             start_time: self.start_time,
@@ -248,8 +268,8 @@ impl Plan {
         }
     }
 
-    /// All configurations with complete settings: first those that are described one by one, then those of the sweeps, in
-    /// the order of the plan.
+    /// Makes all configurations of the plan, with complete settings: first those that are described one by one, then those
+    /// of the sweeps, both in the order of the plan.
     ///
     /// # Errors
     /// A preset, a setting or a configuration's scene is unknown; a value is out of range; a sweep has no values; there are
@@ -326,9 +346,9 @@ impl Plan {
         Ok(all)
     }
 
-    /// The settings of a preset with `changes`: pairs of the name of a table, such as `set`, and its values by dotted key.
-    /// These tables are parts of the table at `path` in the plan, where errors find the line. Fails if a preset or a setting
-    /// is wrong.
+    /// The settings of the preset with the name `preset` after all `changes`. A change is the name of a table of the plan,
+    /// such as `set`, and the new values in this table by dotted key. `path` leads to the table in the plan that contains
+    /// these tables, so that an error can name the line. Fails if a preset or a setting is wrong.
     fn settings(
         &self,
         path: &[Step<'_>],
@@ -358,7 +378,8 @@ impl Plan {
         Ok(settings)
     }
 
-    /// Checks that all scenes that a configuration or a sweep names are among `named`, the names of the plan's scenes.
+    /// Fails unless all names in `scenes`, which a configuration or a sweep lists, are among `named`, the names of the
+    /// plan's scenes.
     fn check_scenes(&self, scenes: &[String], named: &BTreeSet<&str>) -> Result<()> {
         let unknown = scenes.iter().find(|scene| !named.contains(scene.as_str()));
         unknown.map_or(Ok(()), |scene| {
@@ -373,8 +394,8 @@ impl Plan {
         Error::input(format!("{}: {what}", self.source.origin))
     }
 
-    /// Divides the numbers of seeds and of the references' samples by four, down to 2 at least. The option `--quick` uses it
-    /// for a first look, whose results prove nothing.
+    /// Divides the numbers of seeds and the numbers of samples of references by four, with a minimum of 2. The option
+    /// `--quick` uses it for a first look at a study, whose results prove nothing.
     pub fn quicken(&mut self) {
         self.most_seeds = Some(self.most_seeds());
         let counts = [&mut self.seeds, &mut self.reference_spp].into_iter();
@@ -385,8 +406,8 @@ impl Plan {
         }
     }
 
-    /// The maximum number of runs of a configuration that expects `unbiased`: `most_seeds` of the plan, by default four
-    /// times `seeds`, and never less than `seeds`.
+    /// The maximum number of runs, on one scene, of a configuration that the plan expects to be unbiased: the plan's
+    /// `most_seeds` or, if it is missing, four times `seeds`. It is never less than `seeds`.
     pub fn most_seeds(&self) -> u32 {
         self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)
     }

@@ -1,29 +1,32 @@
-//! A scene with its view, as a plan describes it.
+//! A scene of a plan, with the camera and the environment with which a study renders it.
 
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt::{self, Formatter};
 
-/// A scene of a plan. In the plan it is a name alone, or a table with these fields.
+/// A scene of a plan. In the TOML text of the plan it is either the scene's name alone or a table with these fields.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields)]
 pub struct PlannedScene {
-    /// The name of a procedural scene, with its parameters, or the path of a file.
+    /// The name of a procedural scene, with its parameters (such as `cornell:finish=metal`), or the path of a scene file. In
+    /// the table its key is `scene`.
     #[serde(rename = "scene")]
     pub name: String,
-    /// The camera as `x,y,z,x,y,z` or `x,y,z,x,y,z,degrees`: eye, target and vertical field of view. `None`: the scene's
-    /// first camera.
+    /// The camera as text, `x,y,z,x,y,z` or `x,y,z,x,y,z,degrees`: positions of the eye and the target in scene units, and
+    /// the vertical field of view in degrees (by default 45). `None`: the scene's first camera or, if the scene has no
+    /// camera, one that frames the scene.
     pub look_at: Option<String>,
-    /// The environment that lights the scene: an image file, or a generated sky such as `sky:sun=40`. `None`: no
-    /// environment.
+    /// The environment that lights the scene: the path of an image file, or a generated sky such as `sky:sun=40`. `None`: no
+    /// environment, unless the option `--environment` gives one.
     pub environment: Option<String>,
-    /// The number of samples per pixel of the scene's references; `None`: the number that the plan gives for all scenes.
+    /// The number of samples per pixel of the scene's references (path-traced pictures that runs are compared with). `None`:
+    /// the number that the plan states for all scenes.
     pub reference_spp: Option<u32>,
 }
 
 impl PlannedScene {
-    /// The scene with this name, seen by its first camera, without an environment.
+    /// The scene with the name `name` and without further keys: seen by its first camera, without an environment.
     pub fn named(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -35,8 +38,8 @@ impl PlannedScene {
 }
 
 impl<'de> Deserialize<'de> for PlannedScene {
-    /// Reads a name or a table. The implementation is manual, because serde's untagged enums do not name a wrong key in
-    /// their errors.
+    /// Reads a scene from its name alone or from a table. This is written by hand, because the errors of serde's untagged
+    /// enums would not name a wrong key of the table.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct NameOrTable;
         impl<'de> Visitor<'de> for NameOrTable {

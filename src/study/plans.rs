@@ -1,6 +1,7 @@
-//! The plans that come with the program.
+//! The plans of studies that are part of the program.
 
-/// The plans that are part of the program: for each one its name for `--plan`, and its TOML text.
+/// The plans of studies that are part of the program, in alphabetical order. Each is a pair of its name, which the option
+/// `--plan` takes, and its TOML text.
 pub const PLANS: &[(&str, &str)] = &[
     ("bias-matrix", include_str!("plans/bias-matrix.toml")),
     ("bias-sample", include_str!("plans/bias-sample.toml")),

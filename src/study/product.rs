@@ -1,21 +1,23 @@
-//! The combinations of values that a sweep of a plan consists of.
+//! Lists the combinations of values that a sweep of a plan stands for.
 
 use serde_json::{Map, Value};
 
-/// All combinations of one value for each key of a sweep (the part of a plan that lists values for some settings).
-/// Combinations are made one by one, so that a wrong setting is reported before the other combinations take memory.
+/// All combinations of values in a sweep, which is the part of a plan that lists values for some settings. A combination has
+/// one value for each setting. Combinations are made one by one, so that a wrong setting is reported before the other
+/// combinations take memory.
 pub struct Product<'a> {
-    /// The dotted keys of settings, each with its list of values, which is not empty.
+    /// The dotted key of each setting, such as `direct.mis`, with the list of its values, which is not empty.
     lists: Vec<(&'a String, &'a [Value])>,
-    /// The number of combinations: the product of the numbers of values. It is `usize::MAX` if it would be larger.
+    /// The number of combinations: the product of the lengths of all lists. It is `usize::MAX` if this product is too large
+    /// for a `usize`.
     pub count: usize,
 }
 
 impl<'a> Product<'a> {
-    /// The product of the lists of values in `table`, which maps each dotted key to a list.
+    /// Prepares the combinations of the values in `table`, which maps the dotted key of each setting to a list of values.
     ///
     /// # Errors
-    /// A key has no list of values, or an empty one; the text names the key.
+    /// The value of a key is not a list, or is an empty list. The text names the key.
     pub fn of(table: &'a Map<String, Value>) -> Result<Self, String> {
         let mut product = Self {
             lists: Vec::new(),
@@ -31,8 +33,8 @@ impl<'a> Product<'a> {
         Ok(product)
     }
 
-    /// The combination with index `index`, which must be below `count`: one value for each key. The values of the last key
-    /// change fastest.
+    /// The combination with the index `index`, which must be below `count`, as a map from each dotted key to one value. From
+    /// one index to the next, the value of the last key changes first.
     pub fn choice(&self, mut index: usize) -> Map<String, Value> {
         let mut choice = Vec::new();
         for (key, values) in self.lists.iter().rev() {

@@ -1,5 +1,5 @@
-//! References: path-traced pictures with a small and known error. Each is rendered once, and stored under the hash of all
-//! its inputs.
+//! References: path-traced pictures with a small and known error, with which the runs of studies are compared. Each is
+//! rendered once and stored in a file, whose name is a hash of everything that the reference depends on.
 
 use crate::base::input_files;
 use crate::base::progress::Watch;
@@ -15,37 +15,40 @@ use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The width and height, in pixels, of a block of a picture, whose mean luminance is tested for bias. Blocks at the right
-/// and lower edges of a picture may be smaller.
+/// The side of a block of pixels, in pixels. Studies test the mean luminance of each block of a picture for bias. Blocks at
+/// the right and lower edges of the picture may be smaller.
 pub const BLOCK: usize = 8;
-/// The largest relative difference of a pixel's value that rounding can cause; sums of thousands of samples keep at least 24
-/// bits. Such differences do not count as bias.
+/// The largest difference from the reference that rounding alone can cause in a pixel, as a fraction of the pixel's value.
+/// Sums of thousands of samples have a precision of at least 24 bits. Smaller differences do not count as bias.
 const ROUNDING: f64 = 1e-6;
-/// The seed of all references, far from the seeds of runs, so that runs and references have different random numbers.
+/// The seed of all references. It is far from the seeds of runs, so that the random numbers of a reference differ from those
+/// of every run.
 const SEED: u32 = 0x5EED_0000;
-/// The number of samples per pixel that the renderer adds in one call. Progress is reported, and a signal to stop is
-/// noticed, after each call and between the parts of a picture that are rendered one after another.
+/// The maximum number of samples per pixel that one call of the renderer adds to a reference. After each call, and between
+/// the parts of a picture that are rendered one after the other, the study reports its progress and can stop after a signal.
 const AT_ONCE: u32 = 16;
 
-/// The inputs of a reference (a path-traced picture that runs are compared with): what it shows, and how it is rendered.
+/// The inputs of a reference, which is a path-traced picture that runs are compared with: what it shows, and how it is
+/// rendered.
 pub struct Shot<'a> {
     /// The device that renders the reference.
     pub device: &'a Arc<Device>,
-    /// The scene on the device that renders the reference.
+    /// The scene, uploaded to `device`.
     pub scene: &'a Arc<GpuScene>,
     /// The time in the scene that the reference shows, in seconds.
     pub time: f64,
-    /// The camera at the time of the reference, the size of the picture, and the number of bounces. Its seed has no effect.
+    /// The camera as it is at `time`, the size of the picture, and the maximum number of bounces. Its seed has no effect,
+    /// because all references use the same seed.
     pub view: View,
-    /// The settings of path tracing.
+    /// The settings of path tracing with which the reference is rendered.
     pub settings: &'a Settings,
-    /// The number of samples per pixel of the reference.
+    /// The number of samples per pixel of the reference. More samples make its error smaller.
     pub samples: u32,
 }
 
 impl Shot<'_> {
-    /// A renderer of the shot, with at most `bounces` scattering events. With 0 it renders only emitters that the camera
-    /// sees directly.
+    /// Makes a renderer of the reference whose paths have at most `bounces` scattering events. With 0, the picture shows
+    /// only emitters that the camera sees directly.
     fn renderer(&self, bounces: u32) -> Result<Renderer> {
         let view = View {
             seed: SEED,
@@ -58,24 +61,27 @@ impl Shot<'_> {
     }
 }
 
-/// A path-traced picture with a small and known error. Its lists have one RGB value for each pixel, row by row from the top.
+/// A path-traced picture with a small and known error, with which runs are compared. Its lists have one RGB value for each
+/// pixel, row by row from the top.
 pub struct Reference {
     /// The width of the picture, in pixels.
     pub width: u32,
-    /// The mean radiance of each pixel over all samples.
+    /// The mean of the radiance of each pixel over all samples, in linear RGB.
     pub mean: Vec<[f32; 3]>,
-    /// The standard error of the mean of each pixel and channel, at least 0, in the unit of the mean.
+    /// The standard error of [`Self::mean`] for each pixel and channel. It is at least 0 and in the unit of the mean.
     pub error: Vec<[f32; 3]>,
-    /// The radiance of the emitters that each pixel shows directly. It is subtracted from pictures before their means are
-    /// compared, because it has no noise, and because bright emitters would hide the relative error of the lit surfaces.
+    /// The radiance of the emitter that each pixel shows directly, 0 where it shows none. It is subtracted from pictures
+    /// before their means are compared, because it has no noise, and because bright emitters would hide the relative error
+    /// of the lit surfaces.
     pub emission: Vec<[f32; 3]>,
-    /// The number of samples per pixel of which `mean` is the mean. More samples make `error` smaller.
+    /// The number of samples per pixel over which `mean` is the mean. With more samples, `error` is smaller.
     pub samples: u32,
 }
 
 impl Reference {
-    /// Reads the reference from the file `path`, or renders it and writes it there. `watch` receives the fraction that is
-    /// rendered, in [0, 1], and can end the work by an error.
+    /// Reads the reference from the EXR file `path`. If there is no such file, renders the reference as `shot` describes it,
+    /// and writes the file. While it renders, it calls `watch` with the fraction that is done, in [0, 1]; an error from
+    /// `watch` ends the work.
     ///
     /// # Errors
     /// The device or the disk fails, the file is damaged or not a reference of this view, path tracing rejected values, or
@@ -141,14 +147,15 @@ impl Reference {
         })
     }
 
-    /// The mean of each channel over a picture, and the mean luminance of each of its blocks, row by row. The reference's
-    /// emission is subtracted from `picture` first.
+    /// Reduces a picture to means, after it has subtracted the reference's emission from each pixel. Returns the mean of
+    /// each channel over the whole picture, and the mean luminance of each block, row by row.
     pub fn reduce(&self, picture: &[[f32; 3]]) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
     }
 
-    /// The median, over the pixels that are lit in the reference and show no emitter, of a picture's luminance divided by
-    /// the reference's luminance. It is 1 if there is no such pixel.
+    /// The ratio of the luminance of a pixel of `picture` to that of the reference, as the median over pixels. Only pixels
+    /// count that are lit in the reference and show no emitter. If the median is below 1, most of them lack light; it is 1
+    /// if there are no such pixels.
     pub fn median_ratio(&self, picture: &[[f32; 3]]) -> f64 {
         let pixels = picture.iter().zip(&self.mean).zip(&self.emission);
         let lit = pixels.filter(|(_, emission)| **emission == [0.0; 3]);
@@ -156,8 +163,8 @@ impl Reference {
         median_ratio(lit.map(|((picture, mean), _)| (of(picture), of(mean))))
     }
 
-    /// The largest differences, in the means that [`Self::reduce`] returns, that rounding alone can cause. A picture without
-    /// noise equals the reference except for the last bits of its sums, which include the emission.
+    /// For each mean that [`Self::reduce`] returns, the largest difference from the reference that rounding alone can cause.
+    /// A picture without noise differs from the reference only in the last bits of its sums, which include the emission.
     pub fn rounding(&self) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| {
             let emission = f64::from(self.emission[i][c]).abs();
@@ -165,9 +172,9 @@ impl Reference {
         })
     }
 
-    /// The positive values that biases are divided by: one for each channel's mean, and one for the luminance of all blocks.
-    /// They are the means of the reference without emission where these are more than rounding. A black channel has the mean
-    /// of the brightest channel instead or, if all channels are black, the emission.
+    /// The positive values by which biases are divided: one for the mean of each channel, and one for the luminance of all
+    /// blocks. They are the means of the reference without emission. Where such a mean is 0 or only rounding, the mean of
+    /// the brightest channel replaces it or, if all channels are black, the emission; without emission it is 1.
     pub fn scale(&self) -> ([f64; 3], f64) {
         let (mean, blocks) = self.reduce(&self.mean);
         let (rounding, rounded_blocks) = self.rounding();
@@ -184,8 +191,8 @@ impl Reference {
         )
     }
 
-    /// The means over the picture of a value that is given by pixel and channel: the mean of each channel, and the mean
-    /// luminance of each block, row by row.
+    /// Averages `value`, a function of the index of a pixel and the index of a channel. Returns the mean of each channel
+    /// over the whole picture, and the mean luminance of each block, row by row.
     fn means(&self, value: impl Fn(usize, usize) -> f64) -> ([f64; 3], Vec<f64>) {
         let pixels = self.mean.len();
         let mut mean = [0.0; 3];
@@ -202,7 +209,8 @@ impl Reference {
         (mean, blocks.collect())
     }
 
-    /// The mean radiance of each channel without emission, with its standard error, in which pixels count as independent.
+    /// The mean radiance of each channel over the picture, without emission, with its standard error. The standard error is
+    /// computed as if the errors of pixels were independent.
     pub fn mean_estimates(&self) -> [Estimate; 3] {
         let (mean, _) = self.reduce(&self.mean);
         let count = self.error.len() as f64;
@@ -212,14 +220,14 @@ impl Reference {
         })
     }
 
-    /// The half-width of the 99 % interval of a channel's mean, as a fraction of the mean; the largest over the channels
-    /// that are not black. A study is refused if it is too large.
+    /// The half-width of the 99 % interval of a channel's mean over the picture, as a fraction of that mean. It is the
+    /// largest over the channels that are not black. A study refuses a reference for which it is too large.
     pub fn half_width(&self) -> f64 {
         self.half_width_by(u64::from(self.samples))
     }
 
-    /// The value of [`Self::half_width`] with Student's quantile for `samples` samples per pixel and the standard errors of
-    /// this reference. Black channels are left out.
+    /// The value of [`Self::half_width`], computed from the standard errors of this reference, but with Student's quantile
+    /// for `samples` samples per pixel. Black channels are left out.
     fn half_width_by(&self, samples: u64) -> f64 {
         let (rounding, _) = self.rounding();
         (self.mean_estimates().into_iter().zip(rounding))
@@ -228,7 +236,8 @@ impl Reference {
             .fold(0.0, f64::max)
     }
 
-    /// The number of samples per pixel with which [`Self::half_width`] would be `half_width`.
+    /// The approximate number of samples per pixel with which [`Self::half_width`] would be `half_width`. A message
+    /// recommends this number if the study refuses the reference.
     pub fn samples_for(&self, half_width: f64) -> f64 {
         // With as many as are asked for Student's interval is a normal one.
         let normal = self.half_width_by(u64::from(u32::MAX));
@@ -236,7 +245,7 @@ impl Reference {
     }
 
     /// The mean luminance of each block without emission, row by row, with its standard error. The channels of a pixel are
-    /// correlated, so their errors are added, not the squares of their errors.
+    /// correlated, so the weighted standard errors of the channels are added, not their squares.
     pub fn block_estimates(&self) -> Vec<Estimate> {
         let (_, means) = self.reduce(&self.mean);
         let mut squares = self.empty_blocks();
@@ -277,31 +286,34 @@ impl Reference {
     }
 }
 
-/// The number of blocks ([`BLOCK`]) along a side of a picture; `pixels` is the length of the side in pixels.
+/// The number of blocks (squares of [`BLOCK`] × [`BLOCK`] pixels) along one side of a picture, including a block that is cut
+/// at the edge. `pixels` is the length of the side in pixels.
 pub fn blocks_of_side(pixels: usize) -> usize {
     pixels.div_ceil(BLOCK)
 }
 
-/// The references that the frames of a run are compared with: one for all frames or, in a moving scene, one for each frame.
+/// The references with which the frames of a run are compared: one for all frames or, if frames show different times of a
+/// moving scene, one for each frame.
 pub struct References(Vec<Arc<Reference>>);
 
 impl References {
-    /// The references of a run, in the order of its frames. A single reference holds for all frames.
+    /// Takes the references of a run in the order of its frames, at least one. If there is only one, it is the reference of
+    /// all frames.
     pub fn new(references: Vec<Arc<Reference>>) -> Self {
         Self(references)
     }
 
-    /// True if each frame has its own reference, because the frames show different times.
+    /// True if each frame has its own reference, because frames show different times of a moving scene.
     pub fn differ(&self) -> bool {
         self.0.len() > 1
     }
 
-    /// The reference of the frame with this index, counted from 0.
+    /// The reference with which the frame with the index `frame` is compared. The index is counted from 0.
     pub fn of(&self, frame: u32) -> &Reference {
         &self.0[(frame as usize).min(self.0.len() - 1)]
     }
 
-    /// The reference of the last frame, with which the test for bias is made.
+    /// The reference of the last frame. The test for bias compares the mean of the last frame with it.
     pub fn last(&self) -> &Reference {
         &self.0[self.0.len() - 1]
     }

@@ -1,4 +1,5 @@
-//! The results of a study: one row for each scene and configuration, with its verdict.
+//! The results of a study: one row for each configuration on each scene, with its errors, its costs, and its verdict about
+//! bias.
 
 use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
 use super::block_bias::BlockBias;
@@ -10,94 +11,109 @@ use crate::render::counters::Counts;
 use serde::Serialize;
 use serde_json::Value;
 
-/// The results of one configuration on one scene. Lists with one entry for each frame begin with frame 0.
+/// The results of one configuration on one scene. Lists with one entry for each frame of a run begin with frame 0.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// The name of the scene in the plan.
     pub scene: String,
     /// The name of the configuration in the plan.
     pub configuration: String,
-    /// The settings of the configuration as JSON: those of its preset, with its changes.
+    /// The complete settings of the configuration as JSON: those of its preset, to which the changes of the plan are
+    /// applied.
     pub settings: Value,
-    /// The number of independent runs, without those of fresh seeds after an alarm.
+    /// The number of runs with the first seeds, one run for each seed. The runs with fresh seeds after an alarm (a sign of
+    /// bias) do not count.
     pub seeds: usize,
-    /// The RMSE of each frame against its reference in linear RGB, as the mean over seeds.
+    /// The RMSE of each frame of a run against the reference of its time, in linear RGB, as the mean over seeds.
     pub rmse: Vec<f64>,
-    /// The RMSE of each frame after it and its reference are clamped to [0, 1], as the mean over seeds.
+    /// The RMSE of each frame of a run against the reference of its time, with the pixel values of both clamped to [0, 1],
+    /// so that a few very bright pixels do not dominate. It is the mean over seeds.
     pub rmse_clamped: Vec<f64>,
-    /// The relMSE of each frame against its reference, as the mean over seeds: the mean of (a − b)² / (b² + 0.01) for values
-    /// a of the frame and b of the reference.
+    /// The relMSE of each frame of a run against the reference of its time, as the mean over seeds: the mean over pixels and
+    /// channels of (a − b)² / (b² + 0.01), where a is the value in the frame and b the value in the reference.
     pub relmse: Vec<f64>,
-    /// The temporal correlation of each frame, in [−1, 1]: that of its errors with those of the previous frame, as the mean
-    /// over seeds. It is 0 for frame 0.
+    /// For each frame, Pearson's correlation of the errors of all pixels with their errors in the previous frame, as the
+    /// mean over seeds. It is in [−1, 1]: 1 means that the noise stands still, 0 that it changes. Frame 0 has 0.
     pub correlation: Vec<f64>,
-    /// For each frame, the median over lit pixels of their luminance divided by the reference's luminance, as the mean over
-    /// seeds. Below 1, most pixels lack light.
+    /// For each frame, the ratio of the luminance of a pixel to that of the reference: the median over lit pixels, and then
+    /// the mean over seeds. If it is below 1, most lit pixels lack light.
     pub median: Vec<f64>,
-    /// The time of each pass in a frame: the median over seeds of the median over frames. Frame 0, if there are others, and
-    /// first runs of passes are left out.
+    /// The time of each pass in one frame, in milliseconds: the median over the frames of a run, and then the median over
+    /// runs. Frame 0 (if a run has more frames) and the first execution of each pass are left out, because their times
+    /// differ.
     pub milliseconds: Milliseconds,
-    /// The times of passes when they ran for the first time, in which some drivers compile them. Empty if all runs were
-    /// taken from an earlier study that was stopped.
+    /// The time of each pass when it was executed for the first time, in milliseconds; some drivers compile the pass then.
+    /// The times come from the first of the runs that has any. Empty if none has.
     pub first_runs: Milliseconds,
-    /// The counts of each pass in the last frame, from a repetition of the first run. Empty unless the plan requests counts.
+    /// The counts of each pass in the last frame, such as the number of rays, from a repetition of the run with the first
+    /// seed. Empty unless the plan requests counts.
     pub counts: Vec<Counts>,
-    /// The memory on the device that resampling keeps for each pixel, in bytes.
+    /// The memory on the device that resampling keeps between passes and frames, in bytes for each pixel of the picture; 0
+    /// for path tracing.
     pub bytes_per_pixel: f64,
-    /// The number of values that renderers rejected (NaN, infinite, negative, or too large), over all runs, also those of
-    /// fresh seeds. The row fails if it is not 0.
+    /// The number of values that shaders rejected because they were NaN, infinite, negative or too large, over all runs,
+    /// also those with fresh seeds. If it is not 0, the row makes the study fail.
     pub rejected: u64,
-    /// The bias of the mean of the picture, from the first seeds.
+    /// The bias of the picture's mean, estimated from the runs with the first seeds. After an alarm, [`Self::confirmation`]
+    /// has the bias that decides.
     pub bias: Bias,
-    /// The root mean square of the bias of blocks; null for fewer than three runs.
+    /// The root mean square of the bias of blocks of 8 × 8 pixels, which does not decide about the verdict. Null for fewer
+    /// than three runs.
     pub block_bias: Option<BlockBias>,
-    /// The p-value of the comparison of blocks of 8 × 8 pixels with those of path tracing with similar noise. It would be
-    /// exact if blocks were independent. It is 1 in rows that do not expect `unbiased`.
+    /// The p-value of the comparison of blocks of 8 × 8 pixels with those of path tracing with similar noise. A small value
+    /// raises an alarm. It would be exact if blocks were independent. It is 1 in rows that do not expect `unbiased`.
     pub blocks_p_value: f64,
-    /// The result of runs with fresh seeds, if the first seeds raised an alarm (a sign of bias); null otherwise.
+    /// The result of the runs with fresh seeds, which alone decide if the first seeds raised an alarm (a sign of bias). Null
+    /// without an alarm.
     pub confirmation: Option<Confirmation>,
-    /// The smallest p-value that decides about this row, after Holm's correction over the rows of the study. Below 0.01, the
-    /// verdict is `biased`.
+    /// The smallest of the p-values that decide about this row, after Holm's correction for the number of tests. The
+    /// correction covers all rows that expect `unbiased` together, and the other rows together. If the p-value is below
+    /// 0.01, the verdict is `biased`.
     pub corrected_p_value: f64,
-    /// The bias that the check of this row finds with a probability of 90 %, as a fraction of the mean.
+    /// The smallest bias of the mean that the check of this row finds with a probability of 90 %, as a fraction of the
+    /// reference's mean.
     pub detectable_bias: f64,
-    /// True if a repetition of the first run gave the same bits. False means that a pass has a data race, and the row fails.
+    /// True if a repetition of the run with the first seed gave the same bits. False means that a pass has a data race, and
+    /// the row makes the study fail.
     pub replays: bool,
-    /// The verdict that the plan expects. A verdict `biased` is a failure only if this is `unbiased`.
+    /// The verdict that the plan expects. A verdict `biased` makes the study fail only if this is `unbiased`.
     pub expect: Expect,
-    /// The verdict of the bias check ([`judge`]): unbiased, biased, or undecided.
+    /// The verdict of the bias check, which [`judge`] sets: unbiased, biased, or undecided.
     pub verdict: Verdict,
-    /// The work with which an undecided row could be decided; null for another verdict.
+    /// The additional work with which the row could be decided, if its verdict is `undecided`; null for another verdict.
     pub missing: Option<Missing>,
-    /// The mean duration of one run, in seconds, from which [`Missing::minutes`] follows.
+    /// The mean duration of one run, in seconds, from which [`Missing::minutes`] is computed.
     #[serde(skip)]
     pub(super) run_seconds: f64,
 }
 
-/// The additional work with which an undecided row could be decided.
+/// The additional work with which a row with the verdict `undecided` could be decided.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Missing {
-    /// The approximate number of additional seeds; null if no number suffices, since the error of the reference is too
-    /// large.
+    /// The approximate number of additional runs, each with a new seed. Null if no number suffices, because the error of the
+    /// reference is too large.
     pub seeds: Option<f64>,
     /// The approximate duration of the additional runs, in minutes; null if `seeds` is null.
     pub minutes: Option<f64>,
 }
 
-/// The outcome of the check whether one configuration has a bias on one scene, from the intervals and p-values of its runs.
+/// The outcome of the check whether one configuration has a bias on one scene. It follows from the interval of the bias of
+/// the picture's mean and from the p-values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// No bias was found, and the 99 % interval is narrow enough (half-width at most [`WIDEST`]) to have shown one.
+    /// No bias was found, and the 99 % interval is so narrow (its half-width is at most [`WIDEST`]) that a larger bias would
+    /// have been found.
     Unbiased,
     /// The difference from the reference is too large to be chance: a corrected p-value is below [`LEVEL`].
     Biased,
-    /// No bias was found, but the interval is too wide to exclude one. More seeds are needed.
+    /// No bias was found, but the 99 % interval is too wide (its half-width is above [`WIDEST`]) to exclude one. More seeds
+    /// or a better reference are needed.
     Undecided,
 }
 
 impl Verdict {
-    /// The word for the verdict in tables and in CSV.
+    /// The word for the verdict in tables and in CSV: `unbiased`, `biased` or `undecided`.
     pub(super) fn text(self) -> &'static str {
         match self {
             Self::Unbiased => "unbiased",
@@ -108,8 +124,9 @@ impl Verdict {
 }
 
 impl Row {
-    /// Summarises the runs of a configuration on a scene, one run for each seed. The verdict, the corrected p-value and the
-    /// detectable bias are preliminary; [`judge`] sets them.
+    /// Summarises the runs of a configuration on the scene with the name `scene`, one run for each seed. [`judge`] must be
+    /// called later: until then, the verdict, the corrected p-value and the detectable bias have initial values without
+    /// meaning.
     ///
     /// # Errors
     /// The settings have no JSON form, which cannot happen with finite numbers.
@@ -156,7 +173,7 @@ impl Row {
         })
     }
 
-    /// The reason, as a text for the user, why this row makes the study fail; `None` if it does not.
+    /// The reason why this row makes the study fail, as a text for the user; `None` if it does not.
     pub fn complaint(&self) -> Option<&'static str> {
         if self.rejected > 0 {
             Some("values were refused")
@@ -169,8 +186,8 @@ impl Row {
         }
     }
 
-    /// If the row expects `unbiased` and is undecided, a text about the work that a decision needs, which names the key of
-    /// the plan to raise; otherwise `None`.
+    /// A text for the user about the work that would decide the row, with the name of the plan's key to raise. `None` unless
+    /// the row expects `unbiased` and its verdict is `undecided`.
     pub fn open_question(&self) -> Option<String> {
         let missing = self.missing.filter(|_| self.expect == Expect::Unbiased)?;
         let (Some(seeds), Some(minutes)) = (missing.seeds, missing.minutes) else {
@@ -187,16 +204,17 @@ impl Row {
         ))
     }
 
-    /// True if the first seeds raise an alarm (a sign of bias), so that fresh seeds must decide. The p-values are compared
-    /// with [`LEVEL`] divided by `rows`, the number of rows that are tested.
+    /// True if the first seeds raise an alarm, which is a sign of bias, so that fresh seeds must decide. `rows` is the
+    /// number of rows that are tested together; the p-values of this row are compared with [`LEVEL`] divided by it.
     pub fn alarms(&self, rows: usize) -> bool {
         let level = LEVEL / rows.max(1) as f64;
         let least = self.bias.p_values.iter().copied().fold(1.0, f64::min);
         3.0 * least < level || self.blocks_p_value < level
     }
 
-    /// The bias and the p-values that decide about the row. After an alarm they are those of the fresh seeds alone: of the
-    /// three channels, then of the pattern of blocks.
+    /// The bias and the p-values that decide about the row. Without an alarm, they are those of the first seeds: one p-value
+    /// for each channel. After an alarm, they are those of the fresh seeds alone, with the p-value of the pattern of blocks
+    /// after those of the channels.
     pub(super) fn deciding(&self) -> (&Bias, Vec<f64>) {
         match &self.confirmation {
             None => (&self.bias, self.bias.p_values.to_vec()),
@@ -209,15 +227,15 @@ impl Row {
     }
 }
 
-/// The times of the first runs of passes, from the first of the runs that has any. Later runs have them again if a study
-/// continued in another process.
+/// The times of passes that were executed for the first time, from the first of `runs` that has any; empty if none has.
+/// Later runs may have such times too, because passes are made again if a study continues in another process.
 fn first_runs(runs: &[&Run]) -> Milliseconds {
     let with = runs.iter().find(|run| !run.first_runs.is_empty());
     with.map_or_else(Milliseconds::new, |run| run.first_runs.clone())
 }
 
-/// Sets verdict, corrected p-value, detectable bias and missing work of all rows. Holm's correction covers all tests of the
-/// rows that expect `unbiased` together, and separately those of the other rows.
+/// Sets the verdict, the corrected p-value, the detectable bias and the missing work of all rows. Holm's correction is
+/// applied to all tests of the rows that expect `unbiased` together, and once more to all tests of the other rows together.
 pub fn judge(rows: &mut [Row]) {
     for claimed in [true, false] {
         let mut chosen: Vec<&mut Row> = (rows.iter_mut())
@@ -261,7 +279,7 @@ mod tests {
     use super::*;
     use crate::render::{Clock, Settings};
 
-    /// A row of `count` runs that differ from the reference by `offset`, each of which took a minute.
+    /// A row of `count` runs that differ from the reference by `offset` in every block. Each run took a minute.
     fn row(expect: Expect, count: u32, offset: f64) -> Row {
         let mut runs = runs(count, 0, [offset; BLOCKS]);
         for run in &mut runs {

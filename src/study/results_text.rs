@@ -1,4 +1,4 @@
-//! Writes the results of a study as a table, as CSV and as JSON.
+//! Formats the results of a study as a table for the terminal, as CSV and as JSON.
 
 use super::bias::LEVEL;
 use super::results::Row;
@@ -8,8 +8,8 @@ use crate::base::printable::printable;
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// The rows of a study's results as a table for the terminal: one line for each row, then the costs, then a line that
-/// explains the columns.
+/// The rows of a study's results as text for the terminal: a table with one line for each row, then the costs of each row,
+/// and then a line that explains the columns.
 pub fn table(rows: &[Row]) -> String {
     // A name from a plan stays on its line.
     let printable_names = |row: &Row| Row {
@@ -77,8 +77,9 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// The costs of a frame for each row, as text: the milliseconds of every pass, bytes per pixel and, if the plan requests
-/// counts, rays, lanes in use and neighbours.
+/// The costs of one frame as text, with one line for each row: the milliseconds of every pass, bytes per pixel and, if the
+/// plan requests counts, rays, lanes in use and neighbours. A second line has the times of the first execution of each pass,
+/// if they are known.
 fn costs(rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {
@@ -124,8 +125,9 @@ fn costs(rows: &[Row]) -> String {
     text
 }
 
-/// The rows of a study's results as CSV, with one line for each frame of each row. Milliseconds are the sum over the passes
-/// of [`Row::milliseconds`]; rays are those of the last frame, and their field is empty if the plan does not request counts.
+/// The rows of a study's results as CSV, with one line for each frame of each row. The milliseconds are the sum of
+/// [`Row::milliseconds`] over the passes. The rays are those of the last frame; their field is empty if the plan does not
+/// request counts.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high,median\n",
@@ -170,9 +172,10 @@ pub fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// The rows of a study's results as JSON, with the device, the driver, the commit of the program and a version of the
-/// format. Version 2 differs from 1 in these fields: the verdict `undecided` was `unclear` and had no `missing`, `any` was
-/// not an expectation, `detectable_bias` was `found_nine_times_in_ten`, and `first_runs` were among `milliseconds`.
+/// The rows of a study's results as JSON, with the names of the device and the driver, the commit of the program, and the
+/// version of the format, which is 2. In version 1, the verdict `undecided` was `unclear` and had no `missing`, `any` was
+/// not an expectation, `detectable_bias` was `found_nine_times_in_ten`, and the times in `first_runs` were among
+/// `milliseconds`.
 ///
 /// # Errors
 /// The rows have no JSON form, which cannot happen with finite numbers.

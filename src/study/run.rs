@@ -1,4 +1,4 @@
-//! One run: renders the frames of one configuration with one seed, and measures them against references.
+//! Renders one run, which is the frames of one configuration with one seed, and measures the frames against references.
 
 use super::plan::Resolved;
 use super::reference::References;
@@ -12,64 +12,75 @@ use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// The times of passes: the name of each pass and its time in milliseconds, in the order in which the passes run.
+/// The times of passes, in the order in which the passes are executed: pairs of the name of a pass and its time in
+/// milliseconds.
 pub type Milliseconds = Vec<(String, f64)>;
 
-/// The results of one run, as the store keeps them. Lists with one entry for each frame begin with frame 0.
+/// The results of one run, which are the frames of one configuration with one seed. The store writes them to its file. Lists
+/// with one entry for each frame begin with frame 0.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
     /// The name of the scene in the plan.
     pub scene: String,
     /// The name of the configuration in the plan.
     pub configuration: String,
-    /// The hash, as 16 hexadecimal digits, of everything that the run depends on, except the seed. A run with other settings
-    /// has another key.
+    /// A hash, as 16 hexadecimal digits, of everything that the run depends on except its seed. The store finds finished
+    /// runs by key and seed, so a change of the settings, for example, makes new runs necessary.
     pub key: String,
-    /// The seed, from which all random numbers of the run follow.
+    /// The seed from which all random numbers of the run are made. Runs with different seeds have independent noise.
     pub seed: u32,
-    /// The RMSE of each frame against its reference, in linear RGB.
+    /// The RMSE of each frame of the run against the reference of its time, in linear RGB.
     pub rmse: Vec<f64>,
-    /// The RMSE of each frame after it and its reference are clamped to [0, 1].
+    /// The RMSE of each frame of the run against the reference of its time, with the pixel values of both clamped to [0, 1],
+    /// so that a few very bright pixels do not dominate.
     pub rmse_clamped: Vec<f64>,
-    /// The relMSE of each frame against its reference: the mean of (a − b)² / (b² + 0.01) for values a of the frame and b of
-    /// the reference.
+    /// The relMSE of each frame of the run against the reference of its time: the mean over pixels and channels of (a − b)²
+    /// / (b² + 0.01), where a is the value in the frame and b the value in the reference.
     pub relmse: Vec<f64>,
-    /// The temporal correlation of each frame, in [−1, 1]: Pearson's correlation of its errors with those of the previous
-    /// frame; 0 for frame 0.
+    /// For each frame, Pearson's correlation of the errors of all pixels with their errors in the previous frame. It is in
+    /// [−1, 1]: 1 means that the noise stands still, 0 that it changes. Frame 0 has 0.
     #[serde(default)]
     pub correlation: Vec<f64>,
-    /// The median ratio of each frame to its reference, which is 1 without bias:
-    /// [`Reference::median_ratio`](super::reference::Reference::median_ratio).
+    /// For each frame, the median ratio of its luminance to that of the reference
+    /// ([`Reference::median_ratio`](super::reference::Reference::median_ratio)). If it is below 1, most lit pixels lack
+    /// light.
     #[serde(default)]
     pub median: Vec<f64>,
-    /// The mean radiance of each channel, without directly visible emission, over the last frame. If frames show one time
-    /// and do not depend on each other, it is the mean over all frames.
+    /// The mean radiance of each channel over the pixels of the last frame, without emission that the camera sees directly.
+    /// If frames show the same time and do not depend on each other, it is the mean over the pixels of all frames. The test
+    /// for bias uses it.
     pub mean: [f64; 3],
-    /// The mean luminance of each block of 8 × 8 pixels, row by row, over the same frames as [`Self::mean`] and without
-    /// emission.
+    /// The mean luminance of each block of 8 × 8 pixels, row by row, without directly visible emission. The means are over
+    /// the same frames as [`Self::mean`].
     pub blocks: Vec<f64>,
-    /// The time of each pass in a frame, as the median over frames. Frame 0, which has no history, is left out if there are
-    /// others, and so are first runs of passes.
+    /// The time of each pass in one frame, in milliseconds, as the median over frames. Frame 0, which has no history, is
+    /// left out if there are other frames. The first execution of each pass, which may contain its compilation, is left out
+    /// too.
     pub milliseconds: Milliseconds,
-    /// The times of passes when they ran for the first time, in which some drivers compile them.
+    /// The times of passes when they were executed for the first time, in milliseconds; some drivers compile a pass then.
+    /// Empty if the passes had been executed before this run.
     #[serde(default)]
     pub first_runs: Milliseconds,
-    /// The counts of each pass in the last frame, such as the number of rays; empty unless the renderer counts.
+    /// The counts of each pass in the last frame, such as the number of rays. Empty unless the renderer counts. They are not
+    /// stored in the file of runs.
     #[serde(skip)]
     pub counts: Vec<Counts>,
-    /// The memory on the device that resampling keeps for each pixel, in bytes.
+    /// The memory on the device that resampling keeps between passes and frames, in bytes for each pixel of the picture; 0
+    /// for path tracing.
     #[serde(default)]
     pub bytes_per_pixel: f64,
-    /// The number of values that the renderer rejected (NaN, infinite, negative, or too large), over all frames.
+    /// The number of values that shaders rejected because they were NaN, infinite, negative or too large, over all frames of
+    /// the run.
     pub rejected: u32,
-    /// The duration of the whole run, with its measurements, in seconds; 0 if it was not recorded.
+    /// The duration of the whole run, including the measurement of its frames, in seconds. It predicts the duration of
+    /// further runs. 0 if an older program stored the run without it.
     #[serde(default)]
     pub seconds: f64,
 }
 
 impl Run {
-    /// True if the lists of the run have the lengths for `frames` frames and `blocks` blocks. Otherwise its line in the file
-    /// was edited or damaged, and the run is rendered again.
+    /// True if the lists of the run have the lengths for `frames` frames and for `blocks` blocks of pixels. If not, the
+    /// run's line in the file was edited or damaged, and the run is rendered again.
     pub fn has_lengths(&self, frames: usize, blocks: usize) -> bool {
         let of_frames = [
             &self.rmse,
@@ -81,15 +92,16 @@ impl Run {
         of_frames.iter().all(|list| list.len() == frames) && self.blocks.len() == blocks
     }
 
-    /// True if the means of channels and of blocks are equal to the last bit, which stands for equal pictures. Errors are
-    /// not compared: a study with `--quick` and one without have different references.
+    /// True if both runs have the same means of channels and of blocks, to the last bit; then their pictures count as equal.
+    /// The errors are not compared, because they also depend on the references, which are different with `--quick`.
     pub fn same_as(&self, other: &Self) -> bool {
         (self.mean, &self.blocks) == (other.mean, &other.blocks)
     }
 }
 
-/// Renders the frames of one configuration with one seed, and measures each against its reference. `renderer` is made for
-/// the configuration. `camera` is the camera whose motion the frames follow; `None` if it does not move.
+/// Renders the frames of one configuration with one seed, and measures each against its reference. `renderer` must have been
+/// made for the settings of the configuration. `camera` is the moving camera from which the frames are seen; with `None`,
+/// the renderer's camera stands still.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at a frame's time.
@@ -163,8 +175,8 @@ pub fn measure(
     Ok(run)
 }
 
-/// The median time of each pass over all entries of `all`, which are the times of several frames or runs. The passes are
-/// those of the last entry, in its order.
+/// The median time of each pass over all entries of `all`, where each entry has the times of one frame or of one run. The
+/// result has the passes of the last entry, in its order; it is empty if `all` is.
 pub fn medians<'a>(all: impl IntoIterator<Item = &'a Milliseconds>) -> Milliseconds {
     let all: Vec<&Milliseconds> = all.into_iter().collect();
     let of_pass = |name: &str| {

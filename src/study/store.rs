@@ -1,4 +1,4 @@
-//! Stores finished runs in a file, to which they are appended one by one.
+//! Stores the finished runs of a study in a file, to which each run is appended when it is finished.
 
 use super::run::Run;
 use crate::base::input_files;
@@ -7,16 +7,16 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The finished runs of a study, in memory and in a file with one line of JSON for each run. A line that a crash cut short
-/// is ignored.
+/// The finished runs of a study, in memory and in a file with one line of JSON for each run. A line that is not complete,
+/// because the program was killed while it wrote, is ignored.
 pub struct Store {
     path: PathBuf,
-    /// The runs by key ([`Run::key`]), then by seed.
+    /// The runs: a map from the key ([`Run::key`]) to a map from the seed to the run.
     runs: HashMap<String, BTreeMap<u32, Run>>,
 }
 
 impl Store {
-    /// Reads the finished runs in the file `path`. Without a file there are none.
+    /// Reads all finished runs from the file `path`. If the file does not exist, the store is empty.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -37,35 +37,36 @@ impl Store {
         Ok(store)
     }
 
-    /// Stores a run in memory only. It replaces a run with the same key and seed: a later line in the file counts, because
-    /// it replaces a damaged one.
+    /// Stores a run in memory, but not in the file. It replaces a run with the same key and seed. If the file has two lines
+    /// for such a run, the later line counts, because a run is rendered again only if its earlier line was damaged.
     fn remember(&mut self, run: Run) {
         let seeds = self.runs.entry(run.key.clone()).or_default();
         seeds.insert(run.seed, run);
     }
 
-    /// Removes from memory the runs with this key ([`Run::key`]) that do not have `frames` frames and `blocks` blocks,
-    /// because their lines in the file were edited or damaged. They are then rendered again.
+    /// Removes from memory those runs with the key `key` ([`Run::key`]) that do not have `frames` frames and `blocks` blocks
+    /// of pixels. Their lines in the file were edited or damaged, and the runs are then rendered again.
     pub fn keep_whole(&mut self, key: &str, frames: usize, blocks: usize) {
         if let Some(runs) = self.runs.get_mut(key) {
             runs.retain(|_, run| run.has_lengths(frames, blocks));
         }
     }
 
-    /// The run with this key ([`Run::key`]) and seed; `None` if it is not finished.
+    /// The run with the key `key` ([`Run::key`]) and the seed `seed`; `None` if the store does not have it, so that it must
+    /// be rendered.
     pub fn find(&self, key: &str, seed: u32) -> Option<&Run> {
         self.runs.get(key)?.get(&seed)
     }
 
-    /// The finished runs with this key ([`Run::key`]) and with seeds in a range, in the order of their seeds. Seeds without
-    /// a finished run are left out.
+    /// The finished runs with the key `key` ([`Run::key`]) whose seeds are in the range `seeds`, in the order of their
+    /// seeds. Seeds without a finished run are left out.
     pub fn of(&self, key: &str, seeds: std::ops::Range<u32>) -> Vec<&Run> {
         let own = self.runs.get(key).into_iter();
         own.flat_map(|runs| runs.range(seeds.clone()).map(|(_, run)| run))
             .collect()
     }
 
-    /// Stores a finished run in memory, and appends it to the file.
+    /// Stores a finished run in memory, and appends it as one line to the file.
     ///
     /// # Errors
     /// The file cannot be written.

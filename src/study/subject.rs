@@ -1,4 +1,4 @@
-//! A scene on the device, with the references and renderers that the configurations of a study use on it.
+//! A scene on the device, with the references and the renderers that a study uses for it.
 
 use super::plan::Resolved;
 use super::reference::{Reference, References, Shot, blocks_of_side};
@@ -20,28 +20,30 @@ use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A scene on the device, with its references and one renderer for each configuration. It makes the runs and references of a
-/// study.
+/// A scene on the device, with its references and one renderer for each configuration. A study makes all runs and references
+/// on this scene with it.
 pub struct Subject {
-    /// The name of the scene in the plan.
+    /// The name of the scene in the plan, under which its runs are stored and reported.
     pub name: String,
     device: Arc<Device>,
     scene: Arc<GpuScene>,
     view: View,
     camera: Option<MovingCamera>,
-    /// True if the scene has motion. Then each frame has its own time and reference, if the plan has `fps`.
+    /// True if the scene has motion. If the plan has `fps`, each frame then shows its own time and has its own reference.
     moves: bool,
     scene_hash: String,
     shaders: Fingerprints,
     references: HashMap<String, Arc<Reference>>,
-    /// The renderers by the key of their configuration ([`Self::key`]), and by a flag that is true if they count rays.
+    /// The renderers made so far. The key is the key of a configuration ([`Self::key`]) and a flag: true for the renderer
+    /// that counts rays, false for the one that makes runs.
     renderers: HashMap<(String, bool), Renderer>,
     folder: PathBuf,
 }
 
 impl Subject {
-    /// Uploads `scene` to the device. `camera` is the scene's own camera, whose motion the view follows, or `None` if the
-    /// plan fixes the camera. References are stored in `folder`.
+    /// Uploads `scene` to the device. `camera` is the scene's first camera, whose motion the view follows; it is `None` if
+    /// the plan fixes the camera or the scene has no camera. `folder` is the path of the folder in which references are
+    /// stored.
     ///
     /// # Errors
     /// The device fails, or the environment variable `HEADWATER_GLSL` names a folder of shaders that cannot be read.
@@ -70,9 +72,9 @@ impl Subject {
         })
     }
 
-    /// The references for a configuration's frames, with `samples` samples per pixel: taken from memory, read from the
-    /// folder, or rendered. `watch` receives the fraction of the current reference that is rendered, in [0, 1], and can end
-    /// the work by an error.
+    /// The references with which the frames of a configuration are compared, with `samples` samples per pixel: each is taken
+    /// from memory, read from the folder, or rendered. While a reference is rendered, `watch` is called with the fraction of
+    /// this reference that is done, in [0, 1]; an error from `watch` ends the work.
     ///
     /// # Errors
     /// The device or the disk fails, a file is not a valid reference, the scene cannot be rendered at a frame's time, path
@@ -132,7 +134,8 @@ impl Subject {
         Ok(reference)
     }
 
-    /// The number of blocks (squares of 8 × 8 pixels whose mean luminance is tested for bias) in a picture of the scene.
+    /// The number of blocks in a picture of the scene. Blocks are squares of 8 × 8 pixels whose mean luminance is tested for
+    /// bias. [`Run::has_lengths`] compares this number with a stored run.
     pub fn blocks(&self) -> usize {
         let sides = [self.view.width, self.view.height];
         (sides.iter())
@@ -140,8 +143,8 @@ impl Subject {
             .product()
     }
 
-    /// The hash, as 16 hexadecimal digits, of everything that the runs of a configuration depend on, except their seeds. The
-    /// store keeps finished runs under it; if something changes, runs are rendered again.
+    /// A hash, as 16 hexadecimal digits, of everything that the runs of a configuration depend on, except their seeds. The
+    /// store finds finished runs by this key and the seed, so runs are rendered again if anything has changed.
     ///
     /// # Errors
     /// The settings have no JSON form, which cannot happen with finite numbers.
@@ -162,7 +165,7 @@ impl Subject {
         Ok(self.hash(&self.shaders.all, &more))
     }
 
-    /// Renders and stores the run of a configuration with one seed, unless the store holds it.
+    /// Renders and stores the run of a configuration with one seed. Does nothing if the store already has this run.
     ///
     /// # Errors
     /// The device or the disk fails, or the scene cannot be rendered at a frame's time.
@@ -180,7 +183,8 @@ impl Subject {
         store.add(self.measure(configuration, seed, references, Tracking::default())?)
     }
 
-    /// Renders the run of a configuration with one seed, without storing it, so that it can be compared with the stored run.
+    /// Renders the run of a configuration with one seed once more, without storing it. A study compares the result with the
+    /// stored run: if the bits differ, a pass has a data race.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at a frame's time.
@@ -193,8 +197,8 @@ impl Subject {
         self.measure(configuration, seed, references, Tracking::default())
     }
 
-    /// The counts of each pass in the last frame of a run, such as rays and neighbours. A separate run counts, because
-    /// counting takes time, and because shaders that count may round differently.
+    /// The counts of each pass in the last frame of the run with the seed `seed`, such as rays and neighbours. This renders
+    /// a run only to count, because counting takes time, and because shaders that count may round differently.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at a frame's time.
@@ -243,8 +247,9 @@ impl Subject {
         })
     }
 
-    /// A BLAKE3 hash, cut to 16 hexadecimal digits. It covers the inputs that all runs and references of the scene have,
-    /// `shaders`, which is a hash of the shaders in use, and the text `more`.
+    /// A BLAKE3 hash, cut to 16 hexadecimal digits. It covers the inputs that all runs and references of the scene share
+    /// (such as the scene, the view and the device), the hash `shaders` of the shaders in use, and the text `more`, which
+    /// describes the other inputs.
     fn hash(&self, shaders: &str, more: &str) -> String {
         let info = &self.device.info;
         let text = format!(
@@ -262,7 +267,8 @@ impl Subject {
     }
 }
 
-/// The settings of plain path tracing that renders the same light as `settings`. References and controls are made with them.
+/// The settings of path tracing that renders the same light as `settings` does. References, and the controls with which
+/// blocks are compared, are rendered with them.
 pub fn path_tracing(settings: &Settings) -> Settings {
     Settings {
         integrator: Integrator::PathTracing,

@@ -1,5 +1,5 @@
-//! The work of a study on one scene: it renders the missing runs, renders more runs where the interval of the bias is too
-//! wide, and makes one row of results for each configuration.
+//! The work of a study on one scene: it renders the runs that are missing, renders more runs where the interval of the bias
+//! is too wide for a verdict, and makes one row of results for each configuration.
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
 use super::block_bias::BlockBias;
@@ -15,18 +15,20 @@ use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
 
-/// The first seed of controls (path tracing with as much noise as a configuration), far from the seeds of other runs.
+/// The first seed of controls (path tracing with as much noise as a configuration). It is far from the seeds of other runs,
+/// so that no seed has two uses.
 const CONTROL_SEED: u32 = 1 << 20;
-/// The first seed of the runs that alone decide after an alarm (a sign of bias in the first runs). It is far from the seeds
-/// of other runs.
+/// The first seed of the runs that alone decide after an alarm, which is a sign of bias in the first runs. It is far from
+/// the seeds of other runs, so that these runs are independent of the first ones.
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// The number of samples per pixel that a control (path tracing with as much noise as a configuration) is expected to need.
-/// The forecast of the study's duration uses it until the noise is measured; it changes no result.
+/// The assumed number of samples per pixel of a control (path tracing with as much noise as a configuration), with which the
+/// forecast of the study's duration begins. The real number follows from the measured noise. This constant changes no
+/// result.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
-/// Adds to the forecast all work that `plan` requires on the scene `planned`. `own` are the configurations that are rendered
-/// on it.
+/// Adds to the forecast the number of steps of all work that `plan` requires on the scene `planned`, before any work begins.
+/// `own` are the configurations that are rendered on this scene.
 pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own: &[&Resolved]) {
     let (name, seeds) = (planned.name.as_str(), u64::from(plan.seeds));
     let frames: u64 = own.iter().map(|c| u64::from(c.frames)).sum();
@@ -43,32 +45,35 @@ pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own:
     }
 }
 
-/// The number of repetitions of a configuration's first run: one to find races, and one more if rays are counted.
+/// The number of times that the run of a configuration with the first seed is repeated: once to find data races, and once
+/// more if the plan requests counts of rays.
 fn repeats(configuration: &Resolved) -> u64 {
     1 + u64::from(configuration.count)
 }
 
-/// The work that a plan requires on one of its scenes.
+/// The work that a plan requires on one of its scenes, with all that it needs: the scene on the device, the finished runs,
+/// and the report of progress.
 pub struct Work<'a> {
-    /// The plan of the study, with the number of seeds.
+    /// The plan of the study, which states the numbers of seeds.
     plan: &'a Plan,
-    /// The number of samples per pixel of the scene's references.
+    /// The number of samples per pixel of this scene's references.
     reference_spp: u32,
     /// The scene on the device, with its references and renderers.
     subject: Subject,
-    /// The store of finished runs, from which missing runs follow, and to which new ones are added.
+    /// The finished runs of the study. Runs that it does not have are rendered and added to it.
     store: &'a mut Store,
-    /// The forecast of the whole study. It receives the duration of each step, and gives the fraction that is done.
+    /// The forecast of the whole study. It is told the duration of each step, and estimates the fraction of the study that
+    /// is done.
     forecast: &'a mut Forecast,
-    /// A callback that receives the fraction of the whole study that is done, in [0, 1], after each step. Its error ends the
-    /// work.
+    /// A callback that is called repeatedly with the fraction of the whole study that is done, in [0, 1]. An error from it
+    /// ends the work.
     watch: &'a mut Watch<'a>,
 }
 
 impl<'a> Work<'a> {
-    /// The work that `plan` requires on its scene `planned`, which `subject` holds on the device. Finished runs are taken
-    /// from `store` and added to it. `watch` receives the fraction of the whole study that is done, and can end the work by
-    /// an error.
+    /// Prepares the work that `plan` requires on its scene `planned`; `subject` is this scene on the device. Finished runs
+    /// are taken from `store`, and new ones are added to it. `watch` is called with the fraction of the whole study that is
+    /// done, in [0, 1]; an error from it ends the work.
     pub fn new(
         plan: &'a Plan,
         planned: &PlannedScene,
@@ -87,8 +92,9 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Renders the missing runs, and returns one row of results for each configuration, in the same order. The verdicts are
-    /// not decided yet; [`judge`](super::results::judge) decides them for all scenes together.
+    /// Renders the runs that are missing, and returns one row of results for each configuration, in the order of
+    /// `configurations`. The rows have no valid verdicts yet; [`judge`](super::results::judge) must set them when the rows
+    /// of all scenes are complete.
     ///
     /// # Errors
     /// The device or the disk fails, a reference cannot be made or read, the scene cannot be rendered at the time of a
@@ -105,9 +111,9 @@ impl<'a> Work<'a> {
         rows
     }
 
-    /// Makes the references of the configurations `claims`, which are expected to be unbiased, and refuses references with
-    /// too large an error. The interval of the bias contains the error of the reference, so it could otherwise never be
-    /// narrow enough.
+    /// Makes the references of the configurations `claims`, which are expected to be unbiased, and refuses a reference with
+    /// too large an error. The interval of a bias contains the error of the reference, so with such a reference no number of
+    /// runs could make the interval narrow enough for a proof.
     ///
     /// # Errors
     /// The half-width of a reference exceeds [`WIDEST_REFERENCE`], or an error of [`Self::rows`] occurs.
@@ -130,9 +136,9 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Renders further seeds of those configurations that are expected to be unbiased and whose interval is wider than
-    /// [`WIDEST`], up to the plan's maximum. Returns the number of seeds reached; configurations with a narrow interval have
-    /// fewer.
+    /// Renders runs with further seeds of each configuration that is expected to be unbiased, while its interval is wider
+    /// than [`WIDEST`] and the plan's maximum is not reached. Returns the largest number of seeds of any configuration;
+    /// those with a narrow interval have fewer.
     fn extend(&mut self, configurations: &[&Resolved]) -> Result<u32> {
         let mut seeds = self.plan.seeds;
         while seeds < self.plan.most_seeds() {
@@ -154,9 +160,9 @@ impl<'a> Work<'a> {
         Ok(seeds)
     }
 
-    /// The row of results of one configuration, from its runs with seeds below `seeds`. If they raise an alarm (a sign of
-    /// bias), it also renders fresh seeds, which then decide. `all` is the number of configurations on the scene; with more
-    /// of them, the threshold of the alarm is lower.
+    /// Makes the row of results of one configuration from its runs with seeds below `seeds`. If these raise an alarm (a sign
+    /// of bias), it also renders runs with fresh seeds, which then decide. `all` is the number of configurations on the
+    /// scene; the more there are, the stronger a sign must be to raise an alarm.
     fn row(&mut self, configuration: &Resolved, seeds: u32, all: usize) -> Result<Row> {
         let key = self.subject.key(configuration)?;
         let bias = self.bias(configuration, seeds)?;
@@ -196,16 +202,16 @@ impl<'a> Work<'a> {
         Ok(row)
     }
 
-    /// Records that `frames` frames, which began at `start`, are done, so that the forecast can use their time. Then calls
-    /// `watch`, whose error ends the work.
+    /// Records in the forecast that `frames` frames of one kind of work are done, and that they took the time since `start`.
+    /// Then calls `watch` with the fraction of the study that is done; its error ends the work.
     fn step(&mut self, effort: Effort, frames: u32, start: Instant) -> Result<()> {
         let (name, frames) = (&self.subject.name, u64::from(frames));
         self.forecast.done(name, effort, frames, start.elapsed());
         (self.watch)(self.forecast.fraction())
     }
 
-    /// Renders those runs of the configurations with the given seeds that the store does not hold. The configurations take
-    /// turns.
+    /// Renders the runs of the configurations with the seeds `seeds` that the store does not have. For each seed, the
+    /// configurations take turns, so that a disturbance of the machine affects the times of all of them.
     fn run(
         &mut self,
         effort: Effort,
@@ -273,8 +279,9 @@ impl<'a> Work<'a> {
         ))
     }
 
-    /// The p-value of a comparison of the configuration's blocks with those of a control (path tracing without bias), which
-    /// has as many runs and similar noise. Renders the control's runs that are missing.
+    /// The p-value of a comparison of the configuration's blocks of pixels with those of a control, which is path tracing
+    /// without bias. The control has as many runs as the plan has seeds, and similar noise. Renders those runs of the
+    /// control that are missing.
     fn blocks_p_value(&mut self, configuration: &Resolved) -> Result<f64> {
         let seeds = self.plan.seeds;
         let own = self.subject.key(configuration)?;

@@ -11,22 +11,23 @@ use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 
-/// The maximum number of characters that a message quotes of one value from the file.
+/// The maximum number of characters that a message quotes of one value from the file that is resumed.
 const VALUE_CHARACTERS: usize = 60;
 
-/// The maximum number of differing settings that a message lists.
+/// The maximum number of settings that a message lists, if settings of the earlier run differ from those of this run.
 const LISTED: usize = 3;
 
 /// The maximum magnitude of the low part of a sum, as a fraction of its leading part. Each sum is stored as these two
-/// numbers, and the low part is the rounding error of the leading part. A larger low part shows a damaged file; the limit
-/// leaves room for devices that round differently.
+/// numbers; the low part is the rounding error of the leading part. A larger low part shows that the file is damaged. The
+/// limit leaves room for devices that round differently.
 const LOW_PART: f64 = 1e-6;
 
-/// The largest fraction by which the mean square of a pixel's samples may be below the square of their mean, because squares
-/// and their sums are rounded. A larger difference shows a damaged file.
+/// The largest fraction by which the mean square of a pixel's samples may be below the square of their mean. Without
+/// rounding, it could not be below it. A larger difference shows that the file is damaged.
 const SPREAD_ROUNDING: f64 = 1e-4;
 
-/// Loads the sums of the first output file into the renderer, and returns their number of samples per pixel.
+/// Loads the sums of the first output file, which an earlier run has written, into the renderer, and returns their number
+/// of samples per pixel.
 ///
 /// # Errors
 /// The file cannot be read, belongs to another picture, or holds values that no sum of samples can have; or the device
@@ -73,7 +74,8 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     Ok(samples)
 }
 
-/// The number of samples per pixel in the metadata of an earlier picture, at least 1. The error is the reason for a message.
+/// The number of samples per pixel in the metadata of an earlier picture, at least 1. An error is the reason, as a clause
+/// for a message, why the metadata have no such number.
 fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
     let Some(text) = earlier.metadata.get("headwater.samples") else {
         return Err("it has no headwater.samples".into());
@@ -88,7 +90,8 @@ fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
     })
 }
 
-/// The sums of an earlier picture, one entry per pixel, row by row from the top. The error names a missing channel.
+/// The accumulated sums of an earlier picture, one entry per pixel, row by row from the top. An error is a clause for a
+/// message that names a missing channel.
 fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     let part = |name: &str| {
         let channel = |axis: &str| {
@@ -112,9 +115,9 @@ fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     Ok((0..earlier.pixels()).map(pixel).collect())
 }
 
-/// True if `samples` samples of a pixel can have these sums. All parts must be finite, the leading parts not negative, and
-/// the low parts, which are rounding errors of the leading parts, small. The mean square must not be below the square of the
-/// mean, except for rounding.
+/// True if `samples` samples of a pixel can have these sums; otherwise the file is damaged. All parts must be finite, the
+/// leading parts not negative, and the low parts, which are rounding errors of the leading parts, small. The mean square
+/// must not be below the square of the mean, except for rounding.
 fn possible(pixel: &PixelSums, samples: u32) -> bool {
     let parts = PARTS.map(|(_, part)| part(pixel).as_dvec3());
     let [sum, sum_low, square, square_low] = parts;
@@ -131,13 +134,14 @@ fn possible(pixel: &PixelSums, samples: u32) -> bool {
             .all()
 }
 
-/// A value from the file for a message: one line of at most [`VALUE_CHARACTERS`] characters.
+/// Prepares a value from the file for a message: escapes control characters, and shortens it to at most
+/// [`VALUE_CHARACTERS`] characters.
 fn shown(text: &str) -> String {
     shortened(&printable(text), VALUE_CHARACTERS)
 }
 
-/// The text about a metadata key whose value was `before` in the file and is `now` in this run; each value is a text or a
-/// JSON object. Of objects, it lists at most [`LISTED`] differing entries.
+/// The clause of a message that says how the value of the metadata key `key` differs: `before` in the file, `now` in this
+/// run. A value is a text or a JSON object; of two objects, the clause lists at most [`LISTED`] differing entries.
 fn difference(key: &str, before: &str, now: &str) -> String {
     let parsed = [before, now].map(|text| serde_json::from_str(text).unwrap_or(Value::Null));
     let [before_tree, now_tree] = parsed.map(|tree| {

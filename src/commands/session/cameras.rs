@@ -1,4 +1,4 @@
-//! Chooses the camera of a session.
+//! Chooses the camera of a session, and describes cameras as text.
 
 use crate::commands::notice;
 use crate::scene::camera::framing_camera;
@@ -6,9 +6,9 @@ use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Chooses the scene's camera with the index or name `wanted`, and returns it at `time`, in seconds, together with its
-/// index. Without `wanted`, chooses the first camera. If the scene has no cameras, makes one that frames the scene and has
-/// the index `None`. An error if no camera has the wanted index or name.
+/// Chooses the scene's camera with the index or name `wanted`, or without `wanted` the first one. Returns the camera at
+/// `time`, in seconds, and its index. If the scene has no cameras, returns one that sees the whole scene, without an
+/// index. An error if no camera has the wanted index or name.
 pub(super) fn choose_camera(
     scene: &Scene,
     wanted: Option<&str>,
@@ -43,7 +43,8 @@ pub(super) fn choose_camera(
     })
 }
 
-/// The position, direction and field of view of a camera as text, with all digits: different cameras have different texts.
+/// The position, the directions of the axes and the field of view of a camera as text, with all digits, so that different
+/// cameras have different texts. Pictures and profiles store it.
 pub(super) fn camera_text(camera: &Camera) -> String {
     let transform = camera.camera_to_world;
     let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);

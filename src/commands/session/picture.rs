@@ -1,4 +1,5 @@
-//! Makes the picture of a session, with its metadata and AOVs (additional channels, such as depth).
+//! Makes the picture of a session, with its metadata and AOVs (arbitrary output variables: additional channels, such as
+//! depth).
 
 use super::Session;
 use super::cameras::camera_text;
@@ -11,12 +12,12 @@ use crate::shader_interface::{MAX_RADIANCE, ReservoirAov};
 use crate::{Error, Result};
 
 impl Session {
-    /// Makes the picture from `sums`, the accumulated radiance of `samples` samples per pixel. It has their mean as channels
-    /// `R`, `G`, `B`, metadata, and the requested AOVs. With `samples` = 0 the picture is black. Prints a notice if shaders
-    /// rejected values, such as NaN.
+    /// Makes the picture from `sums`, the accumulated radiance of `samples` samples per pixel. Its channels `R`, `G`, `B`
+    /// are the mean of the samples, or black for `samples` = 0; it also has metadata and the requested AOVs. Prints a notice
+    /// if shaders rejected values, such as NaN.
     ///
     /// # Errors
-    /// The device fails, or its driver ended loops early.
+    /// The device fails, or its driver ended loops in shaders early, so that the picture is wrong.
     pub fn picture(&mut self, sums: &Sums, samples: u32, aovs: &[Aov]) -> Result<Image> {
         let mut image = Image::new(self.view.width, self.view.height);
         let mean = sums.mean(samples.max(1));
@@ -121,8 +122,8 @@ impl Session {
     }
 }
 
-/// Returns an error if one of `aovs` shows reservoirs that do not exist with these settings and with `bounces`, the maximum
-/// number of scattering events.
+/// Returns an error if one of `aovs` shows reservoirs that do not exist with these settings and with `bounces`, the
+/// maximum number of scattering events of a path.
 pub(super) fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
     for (lighting, needed) in [
         (Lighting::Direct, "--bounces of at least 1"),

@@ -1,4 +1,5 @@
-//! The functions of a session that the command `profile` needs: times and counts of frames, and a description of the run.
+//! The functions of a session for the command `profile`: they measure the times and counts of frames, and describe the
+//! run.
 
 use super::Session;
 use super::cameras::camera_text;
@@ -8,8 +9,8 @@ use crate::render::counters::Counts;
 use crate::render::{Renderer, Tracking};
 
 impl Session {
-    /// Renders the frames of a plan, first those of the warm-up, and returns the times of each frame in this order. `watch`
-    /// is called before each frame, and ends the work if it returns an error.
+    /// Renders the frames of the plan, first those of the warm-up and then those that are timed, and returns the times of
+    /// all of them in this order. `watch` is called before each frame, and ends the work if it returns an error.
     ///
     /// # Errors
     /// The device fails, the scene cannot be rendered at a frame's time, or the errors of `watch`.
@@ -32,8 +33,9 @@ impl Session {
         )
     }
 
-    /// The counts of each pass of frame `index`, such as its rays. A separate renderer with counting shaders renders frames
-    /// 0 to `index`. `watch` is called before each frame, and ends the work if it returns an error.
+    /// Counts the work of each pass in frame `index`, such as its rays; returns one entry per pass. A separate renderer,
+    /// whose shaders count, renders frames 0 to `index` for this. `watch` is called before each frame, and ends the work if
+    /// it returns an error.
     pub fn counts_of(
         &self,
         index: u32,
@@ -57,8 +59,9 @@ impl Session {
         renderer.counts()
     }
 
-    /// The subject of a profile: the scene, the settings, the device, the view, and the numbers of frames of the plan. Two
-    /// profiles are compared only if their subjects agree in all but the settings and the number of timed frames.
+    /// The subject of a profile (what it measures): the scene, the settings, the device, the view, and the numbers of frames
+    /// of the plan. Two profiles are compared only if their subjects agree in all but the settings and the number of timed
+    /// frames.
     ///
     /// # Errors
     /// A setting has no JSON form, which does not happen with finite values.
@@ -78,8 +81,9 @@ impl Session {
         })
     }
 
-    /// The conditions of a profile: driver, tracer, access to the scene, revision, and frames in flight. All but the frames
-    /// in flight may differ between two profiles that are compared.
+    /// The conditions of a profile that are not part of its subject: driver, tracer, access of shaders to the scene,
+    /// revision of the program, and number of frames in flight. Two profiles can be compared although these differ, except
+    /// for the frames in flight.
     pub fn circumstances(&self, plan: Plan) -> Circumstances {
         let variant = self.selection.variant;
         Circumstances {

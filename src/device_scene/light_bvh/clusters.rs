@@ -1,10 +1,11 @@
-//! Clusters of lights: lights that are close to each other are treated as one light.
+//! Clusters of lights, which are the leaves of the light BVH: lights that are close to each other are treated as one light.
 //!
-//! Lights *fill their box* if their area is a large fraction of the square of its diagonal. Triangles with common corners
-//! form one unit if they fill their box, however finely an emitter is modelled; otherwise each triangle is a unit. A tree
-//! over the units joins the nearest boxes first, and each node whose lights fill its box becomes a cluster. So an emitter is
-//! one cluster, even if it consists of several parts, while the windows of a house, with wall between them, stay separate.
-//! No length is compared with a constant, so a scene has equal clusters at any scale.
+//! Lights *fill their box* if the sum of their areas is a large fraction of the squared diagonal of the box around them. The
+//! triangles of an emitter, connected by common corners, form one unit if they fill their box, however finely the emitter is
+//! modelled. Otherwise each of the triangles is a separate unit. A binary tree over the units joins the nearest boxes first.
+//! From the root of this tree down, the first nodes whose lights fill their box become clusters; a single unit always
+//! becomes one. So an emitter is one cluster, even if it consists of several parts, while the windows of a house, with wall
+//! between them, stay separate. No length is compared with a constant, so a scene has equal clusters at any scale.
 
 use super::NearLight;
 use crate::device_scene::compute_bvh::binary_tree;
@@ -12,15 +13,16 @@ use crate::shader_interface::NONE;
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// The minimum area of a cluster's lights, as a fraction of the square of its box's diagonal. The fraction is 0.5 for a
-/// square, 0.25 for a rectangle whose sides have the ratio 3.7, and 1.05 for a sphere. A higher minimum makes more and
-/// smaller clusters.
+/// The minimum of the summed areas of a cluster's lights, as a fraction of the squared diagonal of the box around these
+/// lights. The fraction is 0.5 for a square, 0.25 for a rectangle whose sides have the ratio 3.7, and 1.05 for a sphere. A
+/// higher minimum makes more and smaller clusters.
 const FILLED: f64 = 0.25;
-/// The maximum diagonal of a cluster with several lights, as a fraction of the diagonal of all lights. It divides emitters
-/// that fill the scene, such as a floor that glows, into many clusters.
+/// The maximum diagonal of the box around a cluster with several lights, as a fraction of the diagonal of the box around all
+/// lights. It divides emitters that fill the scene, such as a floor that glows, into many clusters.
 const LARGEST: f32 = 1.0 / 16.0;
 
-/// Lights that always belong to the same cluster, with their indices, their common box and the sum of their areas.
+/// Lights that are never divided among clusters: their indices in the list of lights, the box around all of them, and the
+/// sum of their areas in the device's units.
 struct Unit {
     lights: Vec<u32>,
     low: Vec3,
@@ -104,7 +106,8 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     clusters
 }
 
-/// Joins units with equal boxes into one, because a walk through the tree would have to visit each of them.
+/// Joins all units with equal boxes into one unit. Otherwise each of them would be a leaf of the light BVH, and a search of
+/// the tree for one point would visit all of these leaves.
 fn joined_where_they_coincide(units: Vec<Unit>) -> Vec<Unit> {
     let mut joined: Vec<Unit> = Vec::new();
     let mut indices = HashMap::new();
@@ -126,7 +129,8 @@ fn joined_where_they_coincide(units: Vec<Unit>) -> Vec<Unit> {
 mod tests {
     use super::*;
 
-    /// A square emitter with edges of `size` and a corner at `at`, divided into `side` × `side` cells of two triangles.
+    /// A square emitter with edges of length `size` and the corner `at`, divided into `side` × `side` cells of two
+    /// triangles. All its triangles have the group number `group`, as if they were connected.
     fn square(at: Vec3, size: f32, side: usize, group: u32) -> Vec<NearLight> {
         let step = size / side as f32;
         let mut lights = Vec::new();
@@ -147,8 +151,9 @@ mod tests {
         lights
     }
 
-    /// Makes clusters of the lights of 100 windows with `side` × `side` cells each. Returns the number of clusters of the
-    /// window that has most of them, and true if some cluster holds lights of two windows.
+    /// Makes clusters of the lights of 100 square windows with `side` × `side` cells each; `scale` multiplies all lengths.
+    /// Returns the largest number of clusters that one window is divided into, and true if some cluster has lights of two
+    /// windows.
     fn windows(side: usize, scale: f32) -> (usize, bool) {
         let mut lights = Vec::new();
         for window in 0..100 {

@@ -3,8 +3,9 @@
 use crate::scene::lights::EmitterTriangle;
 use std::collections::HashMap;
 
-/// For each triangle, the index of the first triangle to which it is connected by equal corners within its instance,
-/// directly or through others. The triangles of each instance must be consecutive.
+/// For each triangle, the index in `triangles` of the first triangle of its group; triangles with equal results form one
+/// group. Two triangles of an instance are in one group if they have a corner at the same position, or if other triangles of
+/// the instance connect them in this way. The triangles of each instance must be consecutive.
 pub fn connected(triangles: &[EmitterTriangle]) -> Vec<u32> {
     let mut firsts: Vec<u32> = (0..triangles.len() as u32).collect();
     let mut corners = HashMap::new();
@@ -25,8 +26,9 @@ pub fn connected(triangles: &[EmitterTriangle]) -> Vec<u32> {
         .collect()
 }
 
-/// The first triangle of the group to which the triangle `index` belongs. Halves the path to it in `firsts`, so that later
-/// searches are faster (union-find).
+/// The index of the first triangle of the group that contains the triangle `index`. In `firsts`, each triangle refers to an
+/// earlier one of its group, or to itself if it is the first (union-find). The search shortens these chains of references,
+/// so that later searches are faster.
 fn first(firsts: &mut [u32], mut index: u32) -> u32 {
     while firsts[index as usize] != index {
         firsts[index as usize] = firsts[firsts[index as usize] as usize];
@@ -41,7 +43,8 @@ mod tests {
     use crate::procedural;
     use crate::scene::lights::emitter_triangles;
 
-    /// The number of connected groups among the emissive triangles of a generated scene, and the number of these triangles.
+    /// Generates the scene `scene` with one parameter set to `value`. Returns the number of groups of connected emissive
+    /// triangles, and the number of emissive triangles.
     fn sets(scene: &str, parameter: &str, value: &str) -> (usize, usize) {
         let scene = procedural::generate(scene, &[(parameter.into(), value.into())]).unwrap();
         let triangles = emitter_triangles(&scene, &scene.emitter_materials());

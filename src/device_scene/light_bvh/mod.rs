@@ -1,19 +1,21 @@
-//! The light BVH, a tree from which lights are drawn that matter at a point (Gardishyan, "A Better Light Candidate
-//! Generation Algorithm for ReSTIR Ray Tracing Using an Acceleration Structure to Identify Relevant Lights", 2025).
+//! The light BVH, a tree that finds the lights that matter at a point, so that candidates are drawn from these (Gardishyan,
+//! "A Better Light Candidate Generation Algorithm for ReSTIR Ray Tracing Using an Acceleration Structure to Identify
+//! Relevant Lights", 2025).
 //!
-//! Lights that are close to each other form a cluster, and a tree is built over the clusters. A walk through it finds the
-//! lights that matter at a point, in one of two ways:
+//! Lights that are close to each other form a cluster, and a tree is built over the clusters. A *walk* through the tree
+//! searches for the lights that matter at one point. It works in one of two ways:
 //!
-//! - *Boxes of influence*, as published: the box of a cluster is the one around its lights, enlarged by a radius of `scale`
-//!   · √power. At this distance, its irradiance falls to about 1 / `scale`². The walk finds the clusters whose boxes hold
-//!   the point.
-//! - *A cut*: the box of a node is the one around its lights, enlarged by `scale` times half its diagonal. Where it holds
-//!   the point, the walk goes on to the node's children; elsewhere the node is so far away that the walk finds all its
-//!   lights as one. Thus every light is found at every point: near clusters one by one, far ones in groups.
+//! - *Boxes of influence*, as published: the box of a cluster is the one around its lights, enlarged on each side by a
+//!   radius of `scale` · √power. At this distance, the irradiance from the cluster falls to about 1 / `scale`². The walk
+//!   finds the clusters whose boxes contain the point.
+//! - *A cut*: the box of a node is the one around its lights, enlarged on each side by `scale` times half the diagonal of
+//!   the box. If the enlarged box contains the point, the walk continues with the node's children. Otherwise the node is so
+//!   far away that the walk finds all its lights as one. Thus every light is found at every point: near clusters one by one,
+//!   far ones in groups.
 //!
-//! The tree does not contain directional lights and the environment. It contains no rare lights if every user of the tree
-//! samples them separately. The tree and the clusters are made once; where lights move or change, only the boxes are
-//! updated.
+//! Directional lights and the environment are not in the tree. Rare lights (far dimmer than the others) are not in it either
+//! if every user of the tree samples them separately. The tree and the clusters are made once; where lights move or change,
+//! only boxes and powers are updated.
 
 mod clusters;
 pub mod connected;
@@ -28,49 +30,56 @@ use glam::{DVec3, Vec3};
 /// Options for the construction of a light BVH.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBvhOptions {
-    /// The factor by which boxes are enlarged beyond their lights; with `None`, the construction chooses one. With larger
-    /// boxes a walk finds more lights at a point, or finds far lights in smaller groups, and takes longer.
+    /// The factor that decides how far the box of a node extends beyond its lights: by scale · √power, or for a cut by scale
+    /// times half the diagonal of the lights' box. `None`: the construction chooses it. With larger boxes, a walk (the
+    /// search of the tree for one point) finds more lights, or far lights in smaller groups, and takes longer.
     pub scale: Option<f32>,
-    /// True if a walk finds all lights at every point: near clusters one by one, and far ones joined in groups (a cut of the
-    /// tree). False if it finds only the clusters whose boxes of influence hold the point.
+    /// True if a walk (the search of the tree for one point) finds all lights at every point: near clusters one by one, and
+    /// far clusters joined in groups. False if it finds only the clusters whose boxes of influence contain the point.
     pub cut: bool,
-    /// True if lights that are close to each other form clusters; false if each light is a separate cluster.
+    /// True if lights that are close to each other form clusters, which are found and drawn together; false if each light is
+    /// a separate cluster.
     pub clusters: bool,
-    /// True if the lights of a node are drawn in proportion to their power; false if they are drawn uniformly.
+    /// True if lights are drawn in proportion to their power from the node that a walk (the search of the tree for one
+    /// point) has selected. False if all lights that the walk finds are equally likely.
     pub by_power: bool,
-    /// True if the tree contains no rare lights (far dimmer than the others), because they have separate candidates.
+    /// True if the tree contains no rare lights (far dimmer than the others), because separate candidates are drawn from
+    /// these.
     pub leaves_out_rare: bool,
 }
 
 impl LightBvhOptions {
-    /// True if [`LightBvh::new`] needs points on surfaces, from which it chooses the scale of boxes of influence.
+    /// True if [`LightBvh::new`] needs points on the scene's surfaces, from which it chooses the scale of boxes of
+    /// influence. False if the scale is given, or if the walk makes a cut.
     pub fn needs_surfaces(&self) -> bool {
         self.scale.is_none() && !self.cut
     }
 }
 
-/// A light at a finite distance, which the tree can contain, in the device's units.
+/// A light at a finite distance, in the device's world space and units. Only such lights can be in the tree.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
-    /// The index of the light among the lights of all kinds.
+    /// The index of the light among the lights of all kinds: triangles first, then punctual lights.
     pub index: u32,
-    /// The index of the group of connected lights: equal for triangles that are connected by common corners.
+    /// A number that is equal for emissive triangles connected by common corners, and different for all other lights.
     pub group: u32,
-    /// The smallest x, y and z of the light's box.
+    /// The smallest x, y and z of the box around the light.
     pub low: Vec3,
-    /// The largest x, y and z of the light's box.
+    /// The largest x, y and z of the box around the light.
     pub high: Vec3,
-    /// The unit direction of the half space into which a one-sided triangle or a spot emits; zero for other lights.
+    /// The unit normal of the half space into which a one-sided triangle or a spot emits; zero for other lights, which emit
+    /// into all directions.
     pub normal: Vec3,
-    /// The power of the light divided by π: area × luminance for a triangle, as in [`crate::scene::lights::power`].
+    /// The power of the light divided by π, in the device's units: for a triangle, area × luminance, doubled if both sides
+    /// emit, as in [`crate::scene::lights::power`].
     pub power: f64,
-    /// The area of the light; 0 for a punctual light.
+    /// The area of the light, in the square of the device's unit of length; 0 for a punctual light.
     pub area: f64,
 }
 
 impl NearLight {
-    /// The lights of a scene that the tree contains, in the order of their indices. `groups` has the group of each triangle
-    /// ([`connected`]); if it is empty, each light is a separate group.
+    /// The lights of a scene that the tree contains, in the order of their indices. `groups` lists the group of each
+    /// emissive triangle, as [`connected`] returns it; if it is empty, each light is a separate group.
     ///
     /// [`connected`]: connected::connected
     fn of(lights: &Lights, groups: &[u32], options: LightBvhOptions) -> Vec<Self> {
@@ -117,9 +126,10 @@ impl NearLight {
 pub struct LightBvhContents {
     /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
-    /// Two arrays that share their index. The first one (`light`, `before`) has the lights in the order of the leaves, and
-    /// one more entry after the last light. The second one (`leaf`, `index`) has the place of each light in the tree, by
-    /// index among the lights of all kinds.
+    /// Two arrays that share their index: an entry has fields of both. The first array (`light`, `before`) lists the lights
+    /// in the order of the leaves, and has one more entry after the last light, whose `before` ends the last light's range.
+    /// The second array (`leaf`, `index`) states the place of each light in the tree, by index among the lights of all
+    /// kinds.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -135,17 +145,18 @@ impl LightBvhContents {
     }
 }
 
-/// A node that a walk through the tree looks at.
+/// A node that a walk (the search of the tree for one point) has visited.
 #[derive(Clone, Copy, Debug)]
 pub struct Visit {
-    /// True if the box of the node holds the point of the walk.
+    /// True if the box of the node contains the point for which the walk searches.
     pub inside: bool,
     /// True if the node is a cluster, so that it has no children.
     pub is_leaf: bool,
 }
 
-/// The nodes that a walk for `point` visits, in order, as in `glsl/lights/samplers/light_bvh/light_bvh.glsl`. A node whose
-/// box does not hold the point is visited, but its descendants are skipped.
+/// The nodes that a walk (the search of the tree for `point`) visits, in depth-first order, as in
+/// `glsl/lights/samplers/light_bvh/light_bvh.glsl`. A node whose box does not contain the point is visited, but its
+/// descendants are skipped. `point` is in the device's world space.
 pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> {
     let mut next = 0;
     std::iter::from_fn(move || {
@@ -160,36 +171,38 @@ pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> 
 /// The light BVH of a scene: clusters of its lights, and a tree over them.
 pub struct LightBvh {
     options: LightBvhOptions,
-    /// The factor by which boxes are enlarged beyond their lights.
+    /// The factor that decides how far the box of a node extends beyond its lights, as in [`LightBvhOptions::scale`].
     pub scale: f32,
     /// Indices of lights in the order of the tree's leaves, as positions in the list that [`NearLight::of`] makes.
     order: Vec<u32>,
     tree: Vec<Topology>,
-    /// For each node, the distances by which its box of influence extends beyond its lights in the negative and in the
-    /// positive directions, as rays have measured them; `None` if no ray has.
+    /// For each node, the distances by which its box of influence extends beyond the box around its lights: first towards
+    /// −x, −y and −z, then towards +x, +y and +z. Rays measure them for clusters with power ([`LightBvh::limit`]). `None`
+    /// for other nodes, and if no rays were traced; the box then follows from power or from the child nodes.
     margins: Vec<Option<(Vec3, Vec3)>>,
 }
 
-/// The part of a node that stays the same when lights move or change.
+/// The part of a node that stays the same when lights move or change: its place in the tree, and its lights.
 #[derive(Clone, Copy)]
 struct Topology {
-    /// The index of the node after its last descendant.
+    /// The index of the node after the last descendant of this node.
     next: u32,
     is_leaf: bool,
-    /// The position in `order` of the node's first light; `count` lights follow from there.
+    /// The position in [`LightBvh::order`] of the node's first light; the node's other lights follow it.
     first: u32,
-    /// The number of the node's lights.
+    /// The number of lights in the node, including those of its descendants.
     count: u32,
 }
 
-/// The scale of a cut of the tree, if the options set none. A walk goes on to a node's children if the point is closer to
-/// the node's box than this scale times half the diagonal of the box. A larger scale draws lights more precisely, and makes
-/// walks longer.
+/// The scale of the boxes for a cut of the tree, if the options set none. A walk continues with a node's children if the
+/// point is closer to the box around the node's lights than this scale times half the diagonal of that box. With a larger
+/// scale far lights are divided into smaller groups, so that draws fit the point better and walks take longer.
 const CUT_SCALE: f32 = 1.0;
 
 impl LightBvh {
-    /// Builds the light BVH. `groups` has the group of each emissive triangle ([`connected`](connected::connected)), and
-    /// `surfaces` has points on surfaces, from which the scale of boxes of influence is chosen if the options leave it open.
+    /// Builds the light BVH for `lights`. `groups` lists the group of each emissive triangle, as
+    /// [`connected`](connected::connected) returns it. `surfaces` lists points on the scene's surfaces in the device's world
+    /// space, from which the scale is chosen; it may be empty unless [`LightBvhOptions::needs_surfaces`] is true.
     pub fn new(
         lights: &Lights,
         groups: &[u32],
@@ -266,7 +279,7 @@ impl LightBvh {
         }
     }
 
-    /// The lights of a node, as positions in the list that [`NearLight::of`] makes.
+    /// The lights of a node and its descendants, as positions in the list that [`NearLight::of`] makes.
     fn lights_of(&self, node: &Topology) -> &[u32] {
         &self.order[node.first as usize..][..node.count as usize]
     }
@@ -281,8 +294,8 @@ impl LightBvh {
         self.tree.iter().filter(|node| node.is_leaf).count()
     }
 
-    /// The data that shaders read, for the current state of the lights. Their number must be the same as in the
-    /// construction.
+    /// The data that shaders read, for the current state of the lights. `lights` must have the lights from which the tree
+    /// was built, in the same order; their positions and powers may differ.
     pub fn contents(&self, lights: &Lights) -> LightBvhContents {
         // Clusters are made, so groups do not matter any more.
         let near = NearLight::of(lights, &[], self.options);
@@ -318,7 +331,8 @@ impl LightBvh {
         LightBvhContents { nodes, entries }
     }
 
-    /// The nodes of the tree, with boxes and powers for the current state `near` of its lights.
+    /// The nodes of the tree in depth-first order, as shaders read them. Boxes and powers are computed from `near`, the list
+    /// that [`NearLight::of`] makes of the lights in their current state.
     fn nodes(&self, near: &[NearLight]) -> Vec<GpuLightNode> {
         let mut sums = vec![LightSum::NOTHING; self.tree.len()];
         let mut nodes = vec![GpuLightNode::default(); self.tree.len()];
@@ -369,9 +383,9 @@ impl LightBvh {
     }
 }
 
-/// For each weight, the sum of the weights before it, and at the end the sum of all weights. The sums are scaled to strictly
-/// increasing integers below 2³². Shaders draw an entry by a random integer between two of these sums, so the differences
-/// are in proportion to the probabilities.
+/// For each weight of a light, the sum of the weights before it, and at the end the sum of all weights. The sums are scaled
+/// and rounded to strictly increasing integers below 2³². Shaders draw a light of a node by a random integer in the node's
+/// range of sums, so the difference between a light's sum and the next one is in proportion to its probability.
 fn integer_sums(weights: &[f64]) -> Vec<u32> {
     let total: f64 = weights.iter().sum();
     let room = f64::from(u32::MAX) - 1.0 - weights.len() as f64;
@@ -385,17 +399,18 @@ fn integer_sums(weights: &[f64]) -> Vec<u32> {
     sums
 }
 
-/// A box (min, max) that holds no point: the neutral element of the union of boxes.
+/// A box (min, max) that contains no point. Its union with another box is that other box.
 const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
-/// The union of the boxes of some lights, and the sums of their powers and of their normals. Boxes of nodes are made from
-/// it.
+/// The box around some lights, the sum of their powers, and the sum of their normals. The box and the other data of a node
+/// are computed from the sum over the node's lights.
 #[derive(Clone, Copy)]
 struct LightSum {
     low: Vec3,
     high: Vec3,
     power: f64,
-    /// The sum of the lights' normals, each times its power.
+    /// The sum of the lights' normals, each multiplied by the power of its light. Lights that emit into all directions add
+    /// zero.
     normal: DVec3,
 }
 
@@ -427,8 +442,8 @@ impl LightSum {
         }
     }
 
-    /// The box of influence (min, max), outside of which the lights contribute little; it holds no point if they have no
-    /// power.
+    /// The box of influence (min, max) of these lights, outside of which they contribute little: the box around them,
+    /// enlarged by `scale` · √power on each side. If they have no power, it contains no point.
     fn influence(&self, scale: f32) -> (Vec3, Vec3) {
         if self.power == 0.0 {
             return NOWHERE;
@@ -437,13 +452,15 @@ impl LightSum {
         (self.low - radius, self.high + radius)
     }
 
-    /// The distance in the device's units by which the box of influence extends beyond lights with this total power.
+    /// The distance, `scale` · √`power` in the device's units, by which the box of influence extends beyond lights with this
+    /// total power.
     fn radius(power: f64, scale: f32) -> f32 {
         scale * power.sqrt() as f32
     }
 
-    /// For a cut of the tree, the box (min, max) of a node with these lights. Where the box holds the point, a walk goes on
-    /// to the node's children; elsewhere it takes the lights as one.
+    /// For a cut of the tree, the box (min, max) of a node with these lights: the box around them, enlarged on each side by
+    /// `scale` times half its diagonal. If it contains the point, a walk continues with the node's children; otherwise the
+    /// walk finds these lights as one.
     fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
         let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
         (self.low - radius, self.high + radius)

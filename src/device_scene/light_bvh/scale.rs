@@ -1,17 +1,20 @@
-//! The choice of the scale of boxes of influence (boxes around clusters of lights, outside of which the light BVH does not
-//! find the cluster), from the number of boxes that hold points on surfaces.
+//! The choice of the scale of boxes of influence. These are boxes around clusters of lights; at a point outside of a
+//! cluster's box, the light BVH does not find the cluster. The scale is chosen so that points on surfaces are, on average,
+//! inside a certain number of boxes.
 
 use super::{LightBvh, NearLight, walk};
 use crate::shader_interface::GpuLightNode;
 use glam::Vec3;
 
-/// The number of boxes of influence that shall hold a point on a surface, in the mean over the points that are in at least
-/// one box. A higher number gives better candidates where many lights matter, and longer walks through the tree.
+/// The number of boxes of influence that shall contain a point on a surface, as the mean over the points that are inside at
+/// least one box. A higher number finds better light candidates where many lights matter, and makes the search of the tree
+/// longer.
 const OVERLAP: f64 = 8.0;
 
-/// Finds the smallest scale of boxes of influence at which [`OVERLAP`] is reached among the points `surfaces`. For up to ten
-/// clusters, a point shall instead be in three quarters of the boxes, in the mean over all points. Scales between 2⁻³⁰ and
-/// 2³⁰ are tried, in steps of a factor 2^¼. If none is sufficient, the result is 2³⁰.
+/// Finds the smallest scale of boxes of influence at which the points `surfaces`, in the device's world space, are inside
+/// [`OVERLAP`] boxes on average. For up to ten clusters of lights, a point shall instead be inside three quarters of the
+/// boxes, on average over all points. Scales between 2⁻³⁰ and 2³⁰ are tried, in steps of a factor 2^¼; if none is
+/// sufficient, the result is 2³⁰. The search overwrites the scale of `bvh`.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
     // Up to ten clusters are too few for that number: three quarters of them are wanted, in the mean over all points. Over those
     // that a box holds the points on the emitters themselves would do.
@@ -45,7 +48,7 @@ pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f
     scale_of(high)
 }
 
-/// The number of clusters whose boxes of influence hold `point`, which is in the device's world space.
+/// The number of clusters of lights whose boxes of influence contain `point`, which is in the device's world space.
 fn boxes_around(nodes: &[GpuLightNode], point: Vec3) -> u64 {
     let held = walk(nodes, point).filter(|visit| visit.inside && visit.is_leaf);
     held.count() as u64
@@ -65,8 +68,8 @@ mod tests {
     use crate::procedural;
     use glam::DVec3;
 
-    /// The points on the emitter itself must not be sufficient for the scale: the box of a single emitter must hold most
-    /// points.
+    /// Points on the emitter itself, which are always inside its box, must not be sufficient to decide the scale: the box of
+    /// a single emitter must contain most points of the scene.
     #[test]
     fn one_emitter_lights_most_points() {
         let scene = procedural::generate("statue-room", &[]).unwrap();

@@ -1,5 +1,8 @@
-//! Boxes of influence that follow visibility (algorithm 4 of the light BVH's publication): rays from the lights of each
-//! cluster measure how far its light reaches.
+//! Boxes of influence that are limited by visibility: rays from the lights of each cluster measure how far the cluster's
+//! light reaches before surfaces block it. A box of influence is the box around a cluster (lights that are close to each
+//! other) outside of which the light BVH does not find the cluster. The method is algorithm 4 of the publication of the
+//! light BVH (Gardishyan, "A Better Light Candidate Generation Algorithm for ReSTIR Ray Tracing Using an Acceleration
+//! Structure to Identify Relevant Lights", 2025).
 
 use super::{LightBvh, LightSum, NearLight};
 use crate::base::random::Random;
@@ -8,20 +11,22 @@ use crate::shader_interface::{LIGHT_SPOT, RayQuery};
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// The number of rays that start from each cluster. More rays find the extent of the light more exactly, and take longer.
+/// The number of rays that are traced from the lights of each cluster. More rays find more exactly how far the cluster's
+/// light reaches, and take longer.
 const RAYS: usize = 256;
-/// The maximum number of clusters whose rays are traced in one call. It limits the memory on the host: a million rays of 32
-/// bytes, which are held twice.
+/// The maximum number of clusters whose rays are traced in one call. It limits the memory on the host to that for a million
+/// rays of 32 bytes, each stored twice.
 const CLUSTERS_AT_ONCE: usize = 4096;
-/// The distance of a ray's origin from its light, as a fraction of the largest coordinate. It is several times the rounding
-/// error of f32, so that the ray does not hit the emitter itself.
+/// The distance of a ray's origin from the light at which it starts, as a fraction of the largest coordinate of its starting
+/// point. The fraction is several times the rounding error of f32, so that the ray does not hit the emitter itself.
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
-    /// Limits the boxes of influence of clusters to the surfaces that rays from their lights reach. Each cluster with power
-    /// gets `RAYS` rays in random directions. A ray starts at a random point of a random light of the cluster, and ends at
-    /// the radius of influence. `trace` returns the distance to each ray's hit in the device's units, or a negative value
-    /// for a miss. Clusters without power keep their boxes, since they may be switched on later.
+    /// Limits the boxes of influence of clusters to the surfaces that rays from their lights reach. For each cluster with
+    /// power, `RAYS` rays in random directions start at random points of its lights, and end at the radius of influence at
+    /// the latest. `trace` returns the distance to each ray's hit in the device's units, or a negative value for a ray
+    /// without a hit. A cluster without power keeps the box that follows from its power, because it may be switched on
+    /// later.
     ///
     /// # Errors
     /// The errors of `trace`.
@@ -68,8 +73,8 @@ impl LightBvh {
     }
 }
 
-/// A ray from a random point of the light with this index among all lights, in a random direction into which the light
-/// emits. It ends at the distance `radius`, in the device's units.
+/// A ray from a random point of a light, in a random direction into which the light emits. `light` is the index among the
+/// lights of all kinds. The ray ends at the distance `radius`, in the device's units.
 fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> RayQuery {
     let (position, axis) = point(lights, light, random);
     let mut direction = direction(random);
@@ -85,8 +90,9 @@ fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> Ray
     }
 }
 
-/// A random point, uniform by area, of the light with this index among all lights, and the normal of the half space that the
-/// light illuminates. The normal is zero for a light that emits into all directions.
+/// A random point of a light, uniform by area, and the normal of the half space that the light illuminates. The normal is
+/// zero for a light that emits into all directions. `index` is that among the lights of all kinds; a punctual light has only
+/// one point.
 fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     if let Some(light) = lights.triangles.get(index) {
         let root = random.unit().sqrt();
@@ -104,7 +110,7 @@ fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     }
 }
 
-/// A unit vector, uniform over the sphere.
+/// A random unit vector, distributed uniformly over the sphere.
 fn direction(random: &mut Random) -> Vec3 {
     let z = random.between(-1.0, 1.0);
     let (sine, cosine) = (TAU * random.unit()).sin_cos();
@@ -129,7 +135,7 @@ mod tests {
         leaves_out_rare: false,
     };
 
-    /// An emitter that is dark when rays are traced and switched on later must still be found.
+    /// An emitter that is off when rays are traced and switched on later must still be found, so its box must not shrink.
     #[test]
     fn dark_clusters_keep_their_boxes() {
         let scene = procedural::generate("colourful-mess", &[]).unwrap();

@@ -1,4 +1,5 @@
-//! Tests of the removal of dead code, with a shader that contains code that cannot run.
+//! Tests of the removal of dead code. They use a shader with code that cannot run for some values of a specialisation
+//! constant.
 
 use super::*;
 use crate::gpu::reflection::{Reflection, parse};
@@ -39,8 +40,8 @@ fn without_dead_code(technique: u32) -> Module {
     module
 }
 
-/// A binding disappears if only unreachable code uses it. The code is unreachable through conditions, functions, variables,
-/// and the results of `&&` and `||`.
+/// A binding disappears if only code that cannot be reached uses it. Such code is recognised behind conditions, function
+/// calls, variables, and the results of `&&` and `||`.
 #[test]
 fn what_a_technique_does_not_use_is_not_bound() {
     let bound = |technique| {
@@ -55,7 +56,8 @@ fn what_a_technique_does_not_use_is_not_bound() {
     assert_eq!(bound(5), ["results"]);
 }
 
-/// A constant that no code reads leaves no trace, so that shaders that differ only in its value are compiled once.
+/// A constant that no code reads leaves no trace in the words of the shader. So shaders that differ only in the value of
+/// this constant are compiled once.
 #[test]
 fn a_number_without_a_use_does_not_change_the_words() {
     let declares = "layout(constant_id = 0) const uint TECHNIQUE = 1u;";
@@ -71,7 +73,7 @@ fn a_number_without_a_use_does_not_change_the_words() {
     assert!(one == two);
 }
 
-/// The result has the same words in every run, because drivers cache compiled shaders by a hash of the words.
+/// Two runs with the same shader must produce the same words, because drivers cache compiled shaders by a hash of the words.
 #[test]
 fn the_words_are_always_the_same() {
     for technique in 1..5 {

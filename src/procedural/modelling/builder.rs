@@ -9,8 +9,8 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 /// it would be arbitrary which one is visible.
 pub const SINK: f32 = 0.002;
 
-/// A mesh under construction, as pairs of a material and one shape with all triangles of that material. It has few large
-/// parts, because shapes of equal materials are merged.
+/// A mesh under construction, as pairs of a material and one shape with all triangles of that material. Each pair becomes
+/// one part of the mesh. Shapes of equal materials are merged, so that there are few large parts.
 #[derive(Default)]
 pub struct Model(pub Vec<(Material, Shape)>);
 
@@ -23,12 +23,13 @@ impl Model {
     }
 }
 
-/// Builds a scene step by step; its field is the scene so far.
+/// Builds a scene step by step. The field is the scene as built so far.
 #[derive(Default)]
 pub struct Builder(pub Scene);
 
 impl Builder {
-    /// Adds a mesh of one material, and returns its index. It becomes visible when [`Builder::place`] adds an instance.
+    /// Adds a mesh that has one part and one material, and returns the index of the mesh. It becomes visible when
+    /// [`Builder::place`] adds an instance of it.
     pub fn mesh(&mut self, material: Material, shape: Shape) -> u32 {
         let triangles = (shape.positions.len() / 3) as u32;
         self.0.meshes.push(Mesh {
@@ -49,14 +50,15 @@ impl Builder {
         self.0.meshes.len() as u32 - 1
     }
 
-    /// Sets the first set of texture coordinates of the mesh with this index. `laid` gives the coordinates of a vertex from
-    /// its position in object space.
+    /// Sets the first set of texture coordinates of the mesh with this index. `laid` computes the coordinates of a vertex
+    /// from its position in object space, in metres.
     pub fn lay(&mut self, mesh: u32, laid: impl Fn(Vec3) -> Vec2) {
         let mesh = &mut self.0.meshes[mesh as usize];
         mesh.uvs[0] = mesh.positions.iter().map(|p| laid(*p)).collect();
     }
 
-    /// Adds an image of `side` × `side` texels, and returns its index. `texel` gives RGBA bytes by column and row.
+    /// Adds a texture image of `side` × `side` texels, and returns its index. `texel` computes the RGBA bytes of the texel
+    /// at (column, row), counted from the top left.
     pub fn image(&mut self, name: &str, side: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> u32 {
         self.0.images.push(Image {
             name: name.into(),
@@ -69,7 +71,7 @@ impl Builder {
         self.0.images.len() as u32 - 1
     }
 
-    /// Adds an instance of the mesh with this index.
+    /// Adds an instance of the mesh with this index. `object_to_world` converts its positions to the world, in metres.
     pub fn place(&mut self, name: &str, mesh: u32, object_to_world: DAffine3) {
         self.0.instances.push(Instance {
             name: name.into(),
@@ -78,15 +80,16 @@ impl Builder {
         });
     }
 
-    /// Adds a shape as a new mesh with one instance, whose object space is the world.
+    /// Adds a shape as a new mesh of this material, and one instance of it. The positions of the shape are in world space,
+    /// in metres.
     pub fn add(&mut self, material: Material, shape: Shape) {
         let name = material.name.clone();
         let mesh = self.mesh(material, shape);
         self.place(&name, mesh, DAffine3::IDENTITY);
     }
 
-    /// Adds a model as one mesh with a part for each material, and one instance without a transform. Rays traverse one large
-    /// mesh faster than many meshes with overlapping boxes.
+    /// Adds a model as one mesh with a part for each material, and one instance of it without a transform. One large mesh is
+    /// used because rays traverse it faster than many meshes whose bounding boxes overlap.
     pub fn add_model(&mut self, name: &str, model: Model) {
         let Model(mut shapes) = model;
         if shapes.iter().any(|(_, shape)| !shape.normals.is_empty()) {
@@ -117,8 +120,8 @@ impl Builder {
         self.place(name, self.0.meshes.len() as u32 - 1, DAffine3::IDENTITY);
     }
 
-    /// Adds a camera at `eye` that looks at `target`, both in metres. `degrees` is its vertical field of view, and `aspect`
-    /// the width of its picture over the height.
+    /// Adds a camera at `eye` that looks at `target`, both positions in metres. `degrees` is its vertical field of view, and
+    /// `aspect` is the width of its picture divided by the height.
     pub fn camera(&mut self, eye: DVec3, target: DVec3, degrees: f64, aspect: f64) {
         let camera = look_at(eye, target, degrees.to_radians());
         self.0.cameras.push(Camera {

@@ -1,4 +1,4 @@
-//! Conversion of the surface of an implicit body into triangles, by dual contouring.
+//! Conversion of the surface of an implicit body (given by a signed distance function) into triangles, by dual contouring.
 
 use super::shape::Shape;
 use super::simplify::simplify;
@@ -18,16 +18,19 @@ pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     ticks
 }
 
-/// The triangle budget of a surface, and the regions in which it is spent.
+/// The number of triangles that a surface may have, and the weights that decide in which regions they are spent.
 pub struct Detail<W: Fn(Vec3) -> f32> {
-    /// The number of triangles to which the surface is simplified, if its form allows it.
+    /// The number of triangles to which the surface is simplified. It stays larger if further simplification would fold the
+    /// surface.
     pub triangles: usize,
-    /// The weight of the squared error at a point. Regions with a higher weight keep more triangles.
+    /// The weight of the squared error of the simplification at a point in the body's coordinates. Regions with a higher
+    /// weight keep more triangles.
     pub weight: W,
 }
 
-/// Triangulates the surface of `body`, a signed distance function, within `grid`: the coordinates of grid lines along x, y
-/// and z. The shape is closed and has smooth normals. Details finer than the grid are lost.
+/// Triangulates the surface of `body`, a signed distance function that is negative inside. `grid` has the coordinates of
+/// grid lines along x, y and z, in metres. The shape has smooth normals, and is closed if the grid encloses the body.
+/// Details finer than the grid are lost.
 pub fn surface<W: Fn(Vec3) -> f32>(
     grid: &[Vec<f32>; 3],
     detail: &Detail<W>,
@@ -55,7 +58,7 @@ fn slope(body: &impl Fn(Vec3) -> f32, p: Vec3) -> Vec3 {
     Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * STEP)
 }
 
-/// Moves a point near the surface of the body onto the surface, along the gradient.
+/// Moves a point near the surface of the body onto the surface, along the gradient of the body's function.
 fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     for _ in 0..3 {
         let slope = slope(body, p);
@@ -64,23 +67,24 @@ fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     p
 }
 
-/// The indices of a grid node along x, y and z; also names the cell whose lowest corner is that node.
+/// The indices of a grid node along x, y and z. They also identify the cell whose lowest corner is that node.
 type GridIndex = [usize; 3];
 
-/// The number of grid nodes along each side of a block. For a block far from the surface, the body's function is evaluated
-/// once instead of at every node.
+/// The number of grid nodes along each side of a block. If a block is far from the surface, the body's function is evaluated
+/// only once for it instead of at every node, which saves time.
 const BLOCK: usize = 5;
 /// An assumed upper bound of the gradient's length of a body's function. It decides which blocks are far from the surface;
 /// if it were too low, parts of the surface could be missed.
 const MAX_SLOPE: f32 = 2.0;
 
-/// The values of a body's function at the nodes of a grid, and the points where its surface crosses the grid's edges.
+/// The values of a body's function at the nodes of a grid, and the points where the body's surface crosses the edges between
+/// nodes.
 struct Net<'a> {
     grid: &'a [Vec<f32>; 3],
     size: GridIndex,
     values: Vec<f32>,
-    /// The points where the surface crosses edges, with the unit normals there. The key is the index of the edge's first
-    /// node, and the edge's axis.
+    /// The points where the surface crosses edges of the grid, with the unit normals of the surface there. The key is the
+    /// index of the edge's first node, and the axis of the edge (0 to 2).
     crossings: HashMap<(usize, usize), (Vec3, Vec3)>,
 }
 
@@ -112,8 +116,8 @@ impl<'a> Net<'a> {
         net
     }
 
-    /// Computes the values of a block of nodes that starts at `first`. Far from the surface, only the sign matters, so that
-    /// all its nodes get the value at the block's centre.
+    /// Computes the values of the block of nodes that starts at `first`. Far from the surface only the sign of a value
+    /// matters, so all nodes of such a block get the value at the block's centre.
     fn fill(&mut self, first: GridIndex, body: &impl Fn(Vec3) -> f32) {
         let end = [0, 1, 2].map(|axis| (first[axis] + BLOCK).min(self.size[axis]));
         let (low, high) = (self.node(first), self.node(end.map(|i| i - 1)));
@@ -151,7 +155,7 @@ impl<'a> Net<'a> {
         self.value(at) < 0.0
     }
 
-    /// True if the node is the last one along the axis.
+    /// True if the node is the last one of the grid along the axis.
     fn is_last(&self, at: GridIndex, axis: usize) -> bool {
         at[axis] + 1 == self.size[axis]
     }
@@ -206,8 +210,9 @@ impl<'a> Net<'a> {
         from.0.lerp(to.0, from.1 / (from.1 - to.1))
     }
 
-    /// Dual contouring (Ju et al. 2002): a vertex in every cell that the surface crosses, and a quad across every edge that
-    /// it crosses. Unlike marching cubes, it keeps sharp edges. Returns the vertices, and triangles of indices into them.
+    /// Dual contouring (Ju et al. 2002): places a vertex in every cell that the surface crosses, and a quad across every
+    /// edge that the surface crosses. Unlike marching cubes, it preserves sharp edges. Returns the vertices, and the
+    /// triangles as indices of vertices.
     fn surface(&self) -> (Vec<Vec3>, Vec<GridIndex>) {
         let mut points = Vec::new();
         let corners: Vec<usize> = self

@@ -1,9 +1,10 @@
-//! Materials for procedural scenes, with a few parameters each.
+//! Materials of procedural scenes, as functions of a few parameters each.
 
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A dielectric material with a diffuse colour, and a specular lobe of this perceptual roughness in [0, 1].
+/// A dielectric material with the diffuse colour `color` (linear RGB), and a specular lobe of this perceptual roughness in
+/// [0, 1].
 pub fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
     Material {
         name: name.into(),
@@ -14,7 +15,7 @@ pub fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
     }
 }
 
-/// A metal with this reflectance at normal incidence, and this perceptual roughness in [0, 1].
+/// A metal whose reflectance at normal incidence is `color` (linear RGB), with this perceptual roughness in [0, 1].
 pub fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
     Material {
         name: name.into(),
@@ -24,7 +25,7 @@ pub fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
     }
 }
 
-/// A material that emits `radiance` and also reflects, as a grey Lambertian surface.
+/// A material that emits `radiance` (linear RGB), and also reflects half of the incident light as a grey Lambertian surface.
 pub fn emitter(name: &str, radiance: Vec3) -> Material {
     Material {
         emission: radiance,

@@ -4,11 +4,12 @@ use super::shape::Shape;
 use super::turned::Profile;
 use glam::Vec3;
 
-/// The number of straight segments between two points of a curved profile. More segments give smoother bodies.
+/// The number of straight segments between two neighbouring points of a curved profile. More segments give smoother bodies.
 const STEPS: usize = 4;
 
-/// A body turned around the y axis in `sides` steps. Its profile consists of pieces, from the bottom upwards. Each piece is
-/// a smooth curve through points (radius, height) in metres, and pieces meet at a sharp edge.
+/// A body that a profile makes when it turns around the y axis; `sides` is the number of steps of a full turn. The profile
+/// consists of pieces, from the bottom upwards. Each piece is a smooth curve through points (radius, height) in metres. Two
+/// pieces meet at a sharp edge.
 pub fn lathe(pieces: &[&[(f32, f32)]], sides: u32) -> Shape {
     let mut body = Shape::default();
     for piece in pieces {
@@ -17,7 +18,7 @@ pub fn lathe(pieces: &[&[(f32, f32)]], sides: u32) -> Shape {
     body
 }
 
-/// A Catmull-Rom curve through the points (radius, height), as a polyline; two points give a straight line.
+/// A Catmull-Rom curve through the points (radius, height), as the corners of a polyline. Two points give a straight line.
 fn curve(points: &[(f32, f32)]) -> Vec<(f32, f32)> {
     if points.len() < 3 {
         return points.to_vec();
@@ -49,7 +50,7 @@ fn curve(points: &[(f32, f32)]) -> Vec<(f32, f32)> {
     line
 }
 
-/// A box, by its centre and size in metres, whose edges are rounded with the given radius.
+/// An axis-aligned box by its centre and size. Its edges are rounded with `radius`. All lengths are in metres.
 pub fn soft_box(middle: Vec3, size: Vec3, radius: f32) -> Shape {
     let inner = size / 2.0 - radius;
     // A sphere cut into octants that are moved apart, which keeps its normals.

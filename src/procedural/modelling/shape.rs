@@ -2,7 +2,8 @@
 
 use glam::{Mat3, Vec3};
 
-/// Triangles without shared vertices: three positions per triangle, and as many normals. A shape without normals is flat.
+/// Triangles without shared vertices: three positions per triangle, in metres. There are either as many unit normals as
+/// positions, or none. A shape without normals is shaded flat.
 #[derive(Clone, Default)]
 pub struct Shape {
     pub(super) positions: Vec<Vec3>,
@@ -10,7 +11,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A flat triangle; its front is the side from which the corners are counter-clockwise.
+    /// One flat triangle. Its front is the side from which the corners are in counter-clockwise order.
     pub fn triangle(corners: [Vec3; 3]) -> Self {
         Self {
             positions: corners.to_vec(),
@@ -18,7 +19,7 @@ impl Shape {
         }
     }
 
-    /// A flat parallelogram with a corner and the edges `u` and `v` from it; its front faces u × v.
+    /// A flat parallelogram. `u` and `v` are the edges that start at `corner`, and the front faces the direction u × v.
     pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Self {
         let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
         Self {
@@ -27,7 +28,7 @@ impl Shape {
         }
     }
 
-    /// An axis-aligned box between its lowest and its highest corner, whose faces point outwards.
+    /// An axis-aligned box between its lowest and its highest corner. Its faces point outwards.
     pub fn block(low: Vec3, high: Vec3) -> Self {
         let size = high - low;
         let mut shape = Self::default();
@@ -41,7 +42,8 @@ impl Shape {
         shape
     }
 
-    /// A smooth unit sphere around the origin: an icosahedron whose faces are divided into four, `subdivisions` times.
+    /// A smooth unit sphere around the origin. It is an icosahedron, each of whose faces is divided into four,
+    /// `subdivisions` times, so that it has 20 × 4^`subdivisions` triangles.
     pub fn sphere(subdivisions: u32) -> Self {
         let g = (1.0 + 5_f32.sqrt()) / 2.0;
         let mut points = Vec::new();
@@ -83,7 +85,7 @@ impl Shape {
         }
     }
 
-    /// Flat triangles, given by three corners for each.
+    /// Flat triangles; `corners` has three positions for each, counter-clockwise seen from the front.
     pub fn triangles(corners: &[Vec3]) -> Self {
         Self {
             positions: corners.to_vec(),
@@ -91,7 +93,8 @@ impl Shape {
         }
     }
 
-    /// An upright cylinder with caps and `sides` flat sides. `foot` is the centre of its lower end.
+    /// An upright cylinder with caps and `sides` flat sides. `foot` is the centre of its lower end, and `height` is along
+    /// +Y.
     pub fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
         let rim = |i: u32| {
             let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;
@@ -109,18 +112,18 @@ impl Shape {
         shape
     }
 
-    /// Triangles with smooth normals: three positions and three unit normals for each.
+    /// Triangles with smooth normals. Each triangle has three successive entries in `positions` and in `normals`.
     pub fn smooth(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
         Self { positions, normals }
     }
 
-    /// An axis-aligned box by its centre and size, whose faces point outwards.
+    /// An axis-aligned box by its centre and size. Its faces point outwards.
     pub fn chunk(middle: Vec3, size: Vec3) -> Self {
         Self::block(middle - size / 2.0, middle + size / 2.0)
     }
 
-    /// Adds the triangles of another shape to this one. If only one of them has normals, the other gets its geometric
-    /// normals, so that it still looks flat.
+    /// Adds the triangles of another shape to this one. If only one of the two has normals, the other gets the geometric
+    /// normals of its triangles, so that it still looks flat.
     pub fn add(&mut self, mut other: Self) {
         if self.normals.is_empty() != other.normals.is_empty() {
             self.fill_normals();
@@ -130,7 +133,8 @@ impl Shape {
         self.normals.extend(other.normals);
     }
 
-    /// Gives a flat shape its geometric normals, because a mesh has normals at all vertices or at none.
+    /// Gives a shape without normals the geometric normals of its triangles, because a mesh has normals at all vertices or
+    /// at none.
     pub(super) fn fill_normals(&mut self) {
         if self.normals.is_empty() {
             let faces = self.positions.chunks_exact(3);
@@ -139,13 +143,14 @@ impl Shape {
         }
     }
 
-    /// The shape without its smooth normals.
+    /// The shape without its smooth normals, so that its triangles are shaded flat.
     pub fn flat(mut self) -> Self {
         self.normals.clear();
         self
     }
 
-    /// The shape with front and back exchanged, without normals.
+    /// The shape with the front and the back of each triangle exchanged. The result has no normals: it is shaded flat, even
+    /// if the shape was smooth.
     pub fn inside_out(mut self) -> Self {
         for triangle in self.positions.chunks_exact_mut(3) {
             triangle.swap(1, 2);
@@ -154,8 +159,8 @@ impl Shape {
         self
     }
 
-    /// The shape with every point mapped by `f`. Normals are mapped by the derivative of `f`. `f` must not mirror, because
-    /// that would exchange front and back.
+    /// The shape with every position p replaced by `f`(p). The normals follow: they are multiplied by the inverse transpose
+    /// of the derivative of `f`. `f` must not mirror, because that would exchange front and back.
     pub fn map(mut self, f: impl Fn(Vec3) -> Vec3) -> Self {
         for (normal, &p) in self.normals.iter_mut().zip(&self.positions) {
             const STEP: f32 = 1e-3;
@@ -174,7 +179,8 @@ impl Shape {
         self.positions.len() / 3
     }
 
-    /// True if every edge of the triangles occurs equally often in both directions, as on a closed surface.
+    /// True if every edge of the triangles occurs equally often in both directions. On a closed surface this is so, because
+    /// each edge belongs to two triangles.
     #[cfg(test)]
     pub fn is_closed(&self) -> bool {
         let mut runs = std::collections::HashMap::new();
@@ -187,7 +193,7 @@ impl Shape {
         runs.values().all(|&sum| sum == 0)
     }
 
-    /// The sum of the triangles' areas, in square metres.
+    /// The sum of the areas of all triangles, in square metres.
     #[cfg(test)]
     pub fn area(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);
@@ -196,7 +202,7 @@ impl Shape {
             .sum()
     }
 
-    /// Six times the enclosed volume, in cubic metres; positive if the faces point outwards.
+    /// Six times the volume that a closed shape encloses, in cubic metres; positive if the faces point outwards.
     #[cfg(test)]
     pub fn signed_volume(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);

@@ -1,4 +1,5 @@
-//! Mesh simplification by collapsing edges, those first that change the surface least (quadrics, Garland and Heckbert 1997).
+//! Mesh simplification by collapsing edges. The edges that change the surface least are collapsed first (quadrics, Garland
+//! and Heckbert 1997).
 
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
@@ -42,18 +43,19 @@ impl Quadric {
     }
 }
 
-/// An edge that may be collapsed: the bits of its cost (an f64), the indices of its two points, and for each point the
-/// number of its changes when the cost was computed.
+/// An edge that may be collapsed: the bits of its cost (an f64), the indices of its two points, and for each point the value
+/// of [`Net::changes`] when the cost was computed. The edge of the lowest cost is collapsed first.
 type Candidate = (u64, [usize; 2], [u32; 2]);
 
 /// A closed surface that is being simplified.
 struct Net<'a> {
     points: &'a mut [DVec3],
     faces: &'a mut [[usize; 3]],
-    /// For each point, the indices of the faces around it; empty for a removed point.
+    /// For each point, the indices of the faces that have it as a corner; empty for a removed point.
     around: Vec<Vec<usize>>,
     quadrics: Vec<Quadric>,
-    /// For each point, how often it has changed. A candidate edge with other numbers is outdated and is not collapsed.
+    /// For each point, how often it was moved or removed. A candidate edge with older numbers has an outdated cost, and is
+    /// not collapsed.
     changes: Vec<u32>,
     candidates: BinaryHeap<Reverse<Candidate>>,
 }
@@ -72,7 +74,8 @@ impl Net<'_> {
         found
     }
 
-    /// The position to which an edge should be collapsed, and the weighted squared error there.
+    /// The position to which an edge should be collapsed, and the weighted squared error there: the sum of squared distances
+    /// to the planes of the faces that were merged into its ends.
     fn target(&self, [i, j]: [usize; 2]) -> (DVec3, f64) {
         let (p, q) = (self.points[i], self.points[j]);
         let sum = self.quadrics[i].plus(self.quadrics[j]);
@@ -101,7 +104,8 @@ impl Net<'_> {
             .push(Reverse((cost.to_bits(), edge, changes)));
     }
 
-    /// Collapses an edge to a point, unless that folds the surface or makes it non-manifold. Returns true if it collapsed.
+    /// Collapses an edge to the point of [`Self::target`], unless that folds the surface or makes it non-manifold. Returns
+    /// true if the edge was collapsed.
     fn collapse(&mut self, [i, j]: [usize; 2]) -> bool {
         let others = self.neighbours(j);
         let shared = self.neighbours(i);
@@ -147,8 +151,9 @@ impl Net<'_> {
     }
 }
 
-/// Reduces a closed surface to about `target` faces by collapsing edges, and removes the other faces from `faces`. Regions
-/// with a higher `weight` keep more faces.
+/// Reduces a closed surface to about `target` faces by collapsing edges, if that is possible without folds. `faces` has
+/// three indices of `points` per face; the removed faces are deleted from it, and some points are moved. Regions with a
+/// higher `weight`, a function of position, keep more faces.
 pub fn simplify(
     points: &mut Vec<DVec3>,
     faces: &mut Vec<[usize; 3]>,

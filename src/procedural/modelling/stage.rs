@@ -7,7 +7,8 @@ use crate::scene::{Motion, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// The minimum duration of animation tracks, in seconds. Tracks end with the first whole period after it.
+/// The minimum duration of a repeating animation track, in seconds. A track lasts the smallest whole number of its periods
+/// that is at least this long.
 const LENGTH: f64 = 16.0;
 
 /// A scene under construction, together with the motion of its objects.
@@ -26,7 +27,7 @@ impl Stage {
         }
     }
 
-    /// Finishes the construction, and returns the scene with its motion.
+    /// Finishes the construction, and returns the scene, which contains the motion of its objects.
     pub fn scene(mut self) -> Scene {
         let mut scene = self.room.0;
         self.motion.instances.resize(scene.instances.len(), None);
@@ -36,8 +37,8 @@ impl Stage {
         scene
     }
 
-    /// Adds a node of the scene's hierarchy of transforms, which does not move by itself. `transform` is relative to the
-    /// node `parent`, or to the world if there is none. Returns the node's index.
+    /// Adds a node of the scene's tree of transforms; the node has no animation of its own. `transform` converts from the
+    /// node to the node `parent`, or to the world if `parent` is `None`. Returns the node's index.
     pub fn node(&mut self, parent: Option<u32>, transform: DAffine3) -> u32 {
         self.push(parent, Transform::Fixed(transform))
     }
@@ -51,7 +52,8 @@ impl Stage {
         self.motion.nodes.len() as u32 - 1
     }
 
-    /// Adds an instance of the mesh with the index `mesh`. It moves with the node that has the index `node`.
+    /// Adds an instance of the mesh with the index `mesh`, which moves with the node with the index `node`. The transform of
+    /// the instance is that of the node.
     pub fn hang(&mut self, name: &str, mesh: u32, node: u32) {
         self.motion
             .instances
@@ -61,8 +63,8 @@ impl Stage {
         self.room.place(name, mesh, DAffine3::IDENTITY);
     }
 
-    /// Animates the emission of the material that is added next. The emission is `color` × `strength`. If a track (values
-    /// over time) is given for one of them, the track replaces its constant value.
+    /// Animates the emission of the material that is added to `room` next. The emitted radiance is `color` (linear RGB) ×
+    /// `strength`. A track (values over time) in `colors` or `strengths` replaces the constant colour or strength.
     pub fn emit(
         &mut self,
         color: Vec3,
@@ -84,13 +86,14 @@ impl Stage {
     }
 }
 
-/// A transform that only translates, by metres along the axes, and has no tracks yet.
+/// A transform that only translates, by `x`, `y` and `z` metres along the axes. It has no tracks yet, so that it is
+/// constant.
 pub fn at(x: f64, y: f64, z: f64) -> AnimatedTransform {
     AnimatedTransform::still(DVec3::new(x, y, z), DQuat::IDENTITY, DVec3::ONE)
 }
 
-/// A track of a pendulum's rotation around `axis`. The angle is a sine of time with the amplitude `most` in radians and a
-/// period of `period` / `speed` seconds. `None` if `speed` is 0.
+/// A track of a pendulum's rotation around the unit vector `axis`. The angle is a sine of time with the amplitude `most` in
+/// radians and a period of `period` / `speed` seconds. `None` if `speed` is 0, since nothing moves then.
 pub fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQuat>> {
     let keys = [0.0, 0.25, 0.5, 0.75].map(|phase| {
         let (sine, cosine) = (TAU * phase).sin_cos();
@@ -104,9 +107,9 @@ pub fn swing(speed: f64, period: f64, axis: DVec3, most: f64) -> Option<Track<DQ
     repeated(speed, period, Interpolation::CubicSpline, &keys)
 }
 
-/// A track that repeats `keys` for at least 16 s and ends at the value with which it starts. A key is a time and one value,
-/// or for cubic splines a value between its two tangents. The time is a fraction of the period, which is `period` / `speed`
-/// seconds. `None` if `speed` is 0.
+/// A track that repeats `keys` for at least 16 s, and ends with the value with which it starts. Each key has a time, as a
+/// fraction of the period, and one value; for cubic splines, the value stands between its two tangents. The period is
+/// `period` / `speed` seconds. The result is `None` if `speed` is 0.
 pub fn repeated<T: Keyed, const N: usize>(
     speed: f64,
     period: f64,

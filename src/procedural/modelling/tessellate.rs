@@ -1,10 +1,12 @@
-//! Subdivision of emissive triangles. It changes the number of lights, but not the light that they emit.
+//! Subdivision of emissive triangles. It changes the number of lights, as tests of light sampling need, but not the light
+//! that they emit together.
 
 use crate::scene::{Mesh, Part, Scene};
 use glam::{DVec3, Vec3};
 
-/// Divides each edge of each emissive triangle of a scene into `pieces`, so that a triangle becomes `pieces`² triangles.
-/// Triangles that share an edge still have equal vertices along it. Meshes must not have texture coordinates or colours.
+/// Divides each edge of each emissive triangle of a scene into `pieces` equal parts, so that a triangle becomes `pieces`²
+/// triangles. Triangles that share an edge still have equal vertices along it. The meshes must have neither texture
+/// coordinates nor vertex colours.
 pub fn tessellate_lights(scene: &mut Scene, pieces: u32) {
     for mesh in scene.meshes.iter_mut().filter(|_| pieces > 1) {
         let old = std::mem::take(&mut mesh.triangles);

@@ -1,30 +1,32 @@
-//! A simulation of rigid bodies that fall into a heap. Each body consists of a few balls: balls that overlap are moved
-//! apart, and then each body is moved to the best fit of its balls (shape matching, Müller et al. 2005, 2016).
+//! A simulation of rigid bodies that fall into a heap. Each body consists of a few balls. In each step, balls that overlap
+//! are moved apart; then each body gets the position and rotation that fit its balls best (shape matching, Müller et al.
+//! 2005, 2016).
 //!
-//! Only +, −, ×, ÷ and square roots of scalars are used, because they give the same bits on every machine. A difference in
-//! the last bit would grow to a different heap.
+//! Only +, −, ×, ÷ and square roots of scalars are used, because they give the same bits on every machine. Otherwise a
+//! difference in the last bit would grow to a different heap.
 
 use glam::{Mat3, Vec3};
 
 /// The duration of one step of the simulation, in seconds.
 const STEP: f32 = 1.0 / 180.0;
-/// The number of steps between two searches for the pairs of balls that may meet. A larger number saves time, but makes more
-/// pairs that must be tested.
+/// The number of steps between two searches for the pairs of balls that may meet. A larger number needs fewer searches, but
+/// each search then finds more pairs, which every step must test.
 const SEARCH_INTERVAL: u32 = 4;
 /// The maximum distance in metres that a ball moves per step, so that bodies that fall from a great height do not pass
 /// through others.
 const MAX_STEP: f32 = 4.0 * STEP;
-/// The coefficient of friction: the sliding distance that a contact removes per step, as a multiple of the overlap.
+/// The coefficient of friction. In one step, a contact removes at most this multiple of the overlap (of two balls, or of a
+/// ball and the floor) from the distance that they slide along each other.
 const FRICTION: f32 = 1.5;
 
-/// A rigid body that consists of balls.
+/// A rigid body that consists of balls, with its current position and rotation.
 pub struct Body {
     /// The balls of the body: their centres relative to the mean of all centres, in the body's coordinates, and their radii
     /// in metres.
     balls: Vec<(Vec3, f32)>,
     /// The mean of the balls' centres, in the coordinates that were given to [`Self::new`].
     middle: Vec3,
-    /// The mass of each ball: the volume of the body divided by the number of balls.
+    /// The mass of each ball: the volume that was given for the body, divided by the number of its balls.
     mass: f32,
     at: Vec3,
     turn: Mat3,
@@ -32,8 +34,8 @@ pub struct Body {
 
 impl Body {
     /// Makes a body of `balls`, each with its centre and its radius in metres. The body starts with the rotation `turn`, and
-    /// with the mean of the balls' centres at `at` in the world. `volume` is used as its mass, as if all bodies had the same
-    /// density.
+    /// with the mean of the balls' centres at `at` in the world. `volume` in cubic metres is used as the mass of the body,
+    /// as if all bodies had the same density.
     pub fn new(mut balls: Vec<(Vec3, f32)>, volume: f32, at: Vec3, turn: Mat3) -> Self {
         let count = balls.len() as f32;
         let middle = balls.iter().map(|b| b.0).sum::<Vec3>() / count;
@@ -47,13 +49,14 @@ impl Body {
         }
     }
 
-    /// The current position in the world of a point `p` in the coordinates that were given to [`Self::new`].
+    /// Converts a point `p` from the coordinates that were given to [`Self::new`] to the world, with the current position
+    /// and rotation of the body.
     pub fn moved(&self, p: Vec3) -> Vec3 {
         self.at + self.turn * (p - self.middle)
     }
 
-    /// Moves and rotates the body so that it fits the current positions of its `balls` best. Then moves the balls to their
-    /// places in the rigid body.
+    /// Gives the body the position and rotation that fit the current positions of its `balls` best. Then moves the balls to
+    /// their places in the body, so that it stays rigid.
     fn fit(&mut self, balls: &mut [Ball]) {
         let count = balls.len() as f32;
         self.at = balls.iter().map(|b| b.at).sum::<Vec3>() / count;
@@ -89,12 +92,12 @@ struct Ball {
     at: Vec3,
     before: Vec3,
     radius: f32,
-    /// The reciprocal of the ball's mass.
+    /// The reciprocal of the ball's mass. A lighter ball is moved further when two balls are separated.
     inverse_mass: f32,
     body: usize,
 }
 
-/// Moves two balls apart if they overlap, and brakes their sliding against each other.
+/// Moves two balls apart if they overlap, and brakes their sliding against each other ([`FRICTION`]).
 fn separate(a: &mut Ball, b: &mut Ball) {
     let gap = a.at - b.at;
     let near = a.radius + b.radius;
@@ -112,7 +115,7 @@ fn separate(a: &mut Ball, b: &mut Ball) {
     b.at -= push * b.inverse_mass;
 }
 
-/// Lifts a ball to the floor at height 0 if it is below, and brakes its sliding.
+/// If a ball reaches below the floor at height 0, lifts it onto the floor, and brakes its sliding ([`FRICTION`]).
 fn keep_above_floor(ball: &mut Ball) {
     let depth = ball.radius - ball.at.y;
     if depth > 0.0 {
@@ -122,8 +125,8 @@ fn keep_above_floor(ball: &mut Ball) {
     }
 }
 
-/// Finds the pairs of balls that may meet before the next search. The balls of a pair belong to different bodies, and the
-/// smaller of their two indices is first.
+/// Finds the pairs of balls that may meet before the next search, as pairs of indices of `balls`. The two balls belong to
+/// different bodies, and the smaller index is first.
 fn neighbours(balls: &[Ball]) -> Vec<(usize, usize)> {
     // Distance at which a ball may touch something before the next search.
     let reach = |b: &Ball| {

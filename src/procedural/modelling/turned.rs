@@ -4,7 +4,8 @@ use super::shape::Shape;
 use glam::{Vec2, Vec3, vec2};
 use std::f32::consts::TAU;
 
-/// A polyline of (radius, height) points in metres. The body is on its left side, so that a rising line faces outwards.
+/// A polyline of (radius, height) points in metres, from which surfaces are swept. The body is on the left side of the
+/// polyline, so that a rising line faces outwards.
 #[derive(Clone)]
 pub struct Profile(Vec<Vec2>);
 
@@ -34,8 +35,9 @@ impl Profile {
         self
     }
 
-    /// Adds an arc from the last point, to the point `out` along the radius and `up` along the height, in `steps` straight
-    /// pieces. The arc turns by `degrees`; it bulges to the right of its direction, or to the left if `degrees` is negative.
+    /// Adds an arc from the last point to the point `out` along the radius and `up` along the height from it, in metres. The
+    /// arc consists of `steps` straight pieces, and turns by `degrees` in total. It bulges to the right of its direction, or
+    /// to the left if `degrees` is negative.
     pub fn arc(mut self, out: f32, up: f32, degrees: f32, steps: u32) -> Self {
         let (from, way) = (self.last(), vec2(out, up));
         let half = degrees.to_radians() / 2.0;
@@ -52,33 +54,36 @@ impl Profile {
         self
     }
 
-    /// Adds a horizontal line to the axis, which closes the end of a turned body.
+    /// Adds a horizontal line from the last point to the axis, which closes the end of a turned body.
     pub fn capped(mut self) -> Self {
         self.0.push(vec2(0.0, self.last().y));
         self
     }
 
-    /// The surface that arises when the profile turns around the y axis by a full turn, in `sides` steps.
+    /// The surface that arises when the profile turns around the y axis by a full turn. `sides` is the number of straight
+    /// steps of the turn.
     pub fn turned(&self, sides: u32) -> Shape {
         let turn = |i: u32, p: Vec2| at_turn((i % sides) as f32 / sides as f32, p);
         self.swept(sides, turn, |_, end, n| turn(end, n))
     }
 
-    /// The surface that arises when the profile turns around the y axis from one angle to another, in `sides` steps. The
-    /// angles are in full turns, from +X towards +Z.
+    /// The surface that arises when the profile turns around the y axis from the angle `from` to the angle `to`, in `sides`
+    /// steps. The angles are in full turns, and grow from +X towards +Z.
     pub fn swung(&self, from: f32, to: f32, sides: u32) -> Shape {
         let turn = |i: u32, p: Vec2| at_turn(from + (to - from) * i as f32 / sides as f32, p);
         self.swept(sides, turn, |_, end, n| turn(end, n))
     }
 
-    /// The surface that arises when the profile is extruded along Z between two coordinates; its radius is measured along X.
+    /// The surface that arises when the profile is extruded along Z from the coordinate `from` to the coordinate `to`, in
+    /// metres. The profile's radius is measured along X, and its height along Y.
     pub fn drawn(&self, from: f32, to: f32) -> Shape {
         let point = |i: u32, p: Vec2| Vec3::new(p.x, p.y, if i == 0 { from } else { to });
         self.swept(1, point, |_, _, n| n.extend(0.0))
     }
 
-    /// The surface that arises when the profile is swept around a rectangle with mitred corners. `half` has half the sizes
-    /// of the rectangle along X and Z, to which the radius is added.
+    /// The surface that arises when the profile is swept around a horizontal rectangle with mitred corners. `half` has half
+    /// the sizes of the rectangle along X and Z in metres. The profile's radius is measured outwards from the rectangle's
+    /// sides.
     pub fn framed(&self, half: Vec2) -> Shape {
         let point = |i: u32, p: Vec2| {
             let x = if matches!(i % 4, 0 | 1) { 1.0 } else { -1.0 };
@@ -91,8 +96,9 @@ impl Profile {
         })
     }
 
-    /// Sweeps the profile in `sides` steps, whose ends are numbered from 0 to `sides`. `point` gives the position of a point
-    /// of the profile at an end. `normal` gives the normal in a step, at one of its ends, from a normal of the profile.
+    /// Sweeps the profile in `sides` steps. The ends of the steps are numbered from 0 to `sides`; step i lies between the
+    /// ends i and i + 1. `point` computes the position of a point of the profile at an end. `normal` computes the normal
+    /// from the number of a step, one of its two ends, and the normal of the profile.
     fn swept(
         &self,
         sides: u32,
@@ -118,7 +124,8 @@ impl Profile {
         Shape::smooth(positions, normals)
     }
 
-    /// The normals at both ends of every segment of the profile: averaged at a slight bend, separate at a sharp edge.
+    /// For every segment of the profile, the unit normals at its two ends: averaged with the neighbouring segment at a
+    /// slight bend, and its own at a sharp edge.
     fn normals(&self) -> Vec<[Vec2; 2]> {
         let flat: Vec<Vec2> = self
             .0
@@ -141,7 +148,8 @@ impl Profile {
     }
 }
 
-/// Turns a point (radius, height) or a direction of the profile around the y axis; `turn` is in full turns.
+/// Turns a point (radius, height), or a direction in the plane of the profile, around the y axis. `turn` is in full turns,
+/// from +X towards +Z.
 fn at_turn(turn: f32, p: Vec2) -> Vec3 {
     let (sin, cos) = (turn * TAU).sin_cos();
     Vec3::new(p.x * cos, p.y, p.x * sin)

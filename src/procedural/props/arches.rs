@@ -1,14 +1,15 @@
-//! Round arches: the wall around one, and its mouldings. They face +Z; the middle of the opening's foot is at the origin.
+//! Round arches: the flat wall around an arch, and mouldings along its edge. They face +Z. The origin is in the middle
+//! between the two sides of the opening, at its foot.
 
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Vec2, Vec3, vec3};
 
-/// The opening of a round arch: a rectangle below a half circle.
+/// The opening of a round arch: a rectangle with a half circle on top.
 #[derive(Clone, Copy)]
 pub struct Arch {
     /// The radius of the round part, which is half the width of the opening, in metres.
     pub radius: f32,
-    /// The height in metres at which the round part begins.
+    /// The height in metres, above the foot of the opening, at which the round part begins.
     pub spring: f32,
     /// The number of straight segments of the half circle.
     pub steps: u32,
@@ -21,7 +22,7 @@ impl Arch {
         Vec2::new(self.radius * cos, self.spring + self.radius * sin)
     }
 
-    /// The flat wall around the opening, which reaches `half` metres to each side and is `height` metres high.
+    /// The flat wall around the opening. It reaches `half` metres from the middle to each side, and is `height` metres high.
     pub fn wall(&self, half: f32, height: f32) -> Shape {
         let mut wall = self.spandrel(half, height);
         for (from, to) in [(-half, -self.radius), (self.radius, half)] {
@@ -34,8 +35,8 @@ impl Arch {
         wall
     }
 
-    /// The part of the flat wall around the opening that is above the height at which the round part begins. It reaches
-    /// `half` metres to each side, and up to `height` metres.
+    /// The upper part of the flat wall around the opening, which begins at the height [`Self::spring`]. It reaches `half`
+    /// metres from the middle to each side, and up to `height` metres.
     pub fn spandrel(&self, half: f32, height: f32) -> Shape {
         let mut wall = Shape::default();
         let mut face = |a: Vec2, b: Vec2, c: Vec2| {
@@ -56,8 +57,9 @@ impl Arch {
         wall
     }
 
-    /// A moulding along the arch and, by `down` metres, along both sides below it. In the profile, the radius is measured
-    /// from the arch's rim and the height into the wall; the profile begins deep in the opening and ends at the wall.
+    /// A moulding along the edge of the opening: along the half circle, and down both sides for the length `down` in metres.
+    /// In the profile, the radius is measured from the edge of the opening outwards, and the height into the wall. The
+    /// profile begins deep in the opening and ends at the wall.
     pub fn moulding(&self, profile: &Profile, down: f32) -> Shape {
         let profile = profile.clone().widened(self.radius);
         let mut along = profile.swung(0.0, 0.5, self.steps);

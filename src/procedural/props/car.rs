@@ -1,4 +1,4 @@
-//! A small round car of the 1950s in metres, which stands at the origin with its front towards +Z.
+//! A small round car of the 1950s, which stands at the origin with its front towards +Z. Lengths are in metres.
 
 use crate::procedural::modelling::dual_contouring::{Detail, surface, ticks};
 use crate::procedural::modelling::implicit::{carve, common, cushion, ellipsoid, join, limb};
@@ -6,15 +6,15 @@ use crate::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
 use crate::scene::Material;
 use glam::{Vec3, vec3};
 
-/// The sideways distance of the wheels from the car's middle, in metres.
+/// The distance of each wheel from the car's middle plane x = 0, in metres.
 const TRACK: f32 = 0.64;
-/// The distance of the wheels from the car's middle along its length, in metres.
+/// The distance of each axle from the car's middle, along its length, in metres.
 const BASE: f32 = 1.13;
 /// The radius of the wheels, in metres.
 const WHEEL: f32 = 0.31;
 
-/// The signed distance to body and cabin, without windows and wheels. `m` is a point mirrored to +x, as the car is
-/// symmetric.
+/// The signed distance to the outer form of body and cabin, before windows and wheel arches are cut out. `m` is the point,
+/// mirrored to the side +x because the form is symmetric.
 fn form(m: Vec3) -> f32 {
     let mut hull = cushion(m, vec3(0.0, 0.52, -0.05), vec3(0.68, 0.3, 1.7), 0.24);
     let bonnet = ellipsoid(m, vec3(0.0, 0.6, 0.95), vec3(0.5, 0.32, 0.92));
@@ -33,7 +33,8 @@ fn form(m: Vec3) -> f32 {
     common(form, 0.2 - m.y, 0.06)
 }
 
-/// The signed distance to the volumes of the windows, which are cut out of the cabin. `m` is a point mirrored to +x.
+/// The signed distance to the volumes that are cut out of the cabin as windows. `m` is the point, mirrored to the side +x
+/// because the form is symmetric.
 fn windows(m: Vec3) -> f32 {
     let side = |from: f32, to: f32| {
         let middle = vec3(0.85, 1.09, (from + to) / 2.0);
@@ -68,7 +69,7 @@ fn glass(p: Vec3) -> f32 {
     common(form(m) + 0.013, 0.8 - m.y, 0.02)
 }
 
-/// A rod with round ends along X, by its centre, length and radius in metres.
+/// A rod along X with round ends. `middle` is its centre, `length` includes the ends, and all lengths are in metres.
 fn rod(middle: Vec3, length: f32, radius: f32) -> Shape {
     let straight = length - 2.0 * radius;
     Profile::new(0.0, -length / 2.0)
@@ -79,7 +80,7 @@ fn rod(middle: Vec3, length: f32, radius: f32) -> Shape {
         .map(|p| vec3(p.y, -p.x, p.z) + middle)
 }
 
-/// Rotates a shape so that its axis points along Z instead of Y, and moves it to `to`.
+/// Rotates a shape so that its axis points along +Z instead of +Y, and then moves it by `to`.
 fn forwards(shape: Shape, to: Vec3) -> Shape {
     shape.map(|p| vec3(p.x, -p.z, p.y) + to)
 }
@@ -145,7 +146,7 @@ fn front(model: &mut Model, chrome: &Material) {
     }
 }
 
-/// The whole car as shapes by material; `paint` is the colour of its body.
+/// The whole car, as one shape for each material. `paint` is the colour of its body (linear RGB).
 pub fn car(paint: Vec3) -> Model {
     let grid = |step: f32| {
         [

@@ -1,4 +1,4 @@
-//! Houses of a city that is seen from above: bands of glass, and flat roofs with tanks and signs.
+//! Houses of a city that is seen from above, with bands of windows, and flat roofs with water tanks and signs.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe, metal};
@@ -8,8 +8,8 @@ use glam::Vec3;
 /// The height of a storey, in metres.
 pub const STOREY: f32 = 3.4;
 
-/// Adds a house of `size` (width, height and depth in metres) with the middle of its foot at `foot`. Its storeys have bands
-/// of glass between piers. `lit` is the fraction of windows that are lit.
+/// Adds a house with the middle of its foot at `foot`. `size` has its width, height and depth in metres; the height decides
+/// the number of storeys. Each storey has bands of glass between piers. `lit` is the fraction of windows that emit light.
 pub fn house(model: &mut Model, random: &mut Random, foot: Vec3, size: Vec3, lit: f32) {
     let wall = random.pick(&[
         [0.42, 0.3, 0.23],
@@ -73,8 +73,8 @@ pub fn house(model: &mut Model, random: &mut Random, foot: Vec3, size: Vec3, lit
     roof(model, random, foot + Vec3::Y * size.y, size);
 }
 
-/// Adds the objects on a roof: boxes, a water tank, and on towers a red light. `top` is the middle of the roof, and `size`
-/// the size of the house in metres.
+/// Adds the objects on the flat roof of a house: boxes, sometimes a water tank, a lamp or a sign, and a red light on houses
+/// above 24 m. `top` is the middle of the roof, and `size` the size of the house, in metres.
 fn roof(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     let grey = dielectric("roof box", Vec3::splat(0.3), 0.6);
     let free = Vec3::new(size.x / 2.0 - 1.8, 0.0, size.z / 2.0 - 1.8);
@@ -130,8 +130,8 @@ fn roof(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     }
 }
 
-/// Adds bars of coloured light on a frame at the edge of a roof whose middle is at `top`. `size` is the size of the house in
-/// metres.
+/// Adds a sign, bars of coloured light on a frame, at one edge of a roof. `top` is the middle of the roof, and `size` the
+/// size of the house, in metres.
 fn sign(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     let steel = metal("sign frame", Vec3::splat(0.2), 0.5);
     let color = random.pick(&[

@@ -1,11 +1,11 @@
-//! The parts of an arcade: columns, piers, arches with their wall, and balustrades. Each part is at the origin, with its
-//! front towards +Z; lengths are in metres.
+//! The parts of an arcade: columns, piers, arches with the wall above them, and balustrades. Each part is at the origin,
+//! with its front towards +Z. Lengths are in metres.
 
 use super::arches::Arch;
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Vec2, Vec3, vec3};
 
-/// The width of a bay, which is one arch of the arcade, in metres.
+/// The width of a bay in metres. A bay is the section of the arcade with one arch.
 pub const BAY: f32 = 2.6;
 /// The thickness of the arcade's wall, in metres.
 pub const THICK: f32 = 0.5;
@@ -16,12 +16,13 @@ pub const SPRING: f32 = 3.0;
 /// The height of a balustrade, in metres.
 pub const RAIL: f32 = 0.95;
 
-/// A square slab around the y axis with half the width `half`, between the heights `from` and `to`.
+/// A square slab around the y axis, between the heights `from` and `to`. `half` is half its width. Lengths are in metres.
 fn slab(half: f32, from: f32, to: f32) -> Shape {
     Shape::block(vec3(-half, from, -half), vec3(half, to, half))
 }
 
-/// A column with `sides` sides. Its abacus (the slab on top) reaches slightly above `height`, into the wall that it carries.
+/// A column with `sides` sides; `radius` is that of its shaft at the foot, in metres. Its abacus (the slab on top) reaches
+/// slightly above `height`, into the wall that it carries.
 pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
     let r = radius;
     let (foot, head) = (0.6 * r, height - 0.55 * r);
@@ -65,7 +66,7 @@ pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
     column
 }
 
-/// A square pier that stands where two arcades meet in a corner.
+/// A square pier as high as a storey. It stands where two arcades meet in a corner of the court.
 pub fn pier() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.38, 0.0)
@@ -85,8 +86,8 @@ pub fn pier() -> Shape {
         .framed(Vec2::ZERO)
 }
 
-/// The wall above the columns of one bay, with its round arch and mouldings on both sides. It begins where the round part
-/// begins, and ends at the next storey.
+/// The wall above the columns of one bay, around the round part of its arch, with mouldings on both faces. The wall begins
+/// at the height [`SPRING`], where the round part of the arch begins, and ends at the floor of the next storey.
 pub fn arch() -> Shape {
     let arch = Arch {
         radius: BAY / 2.0 - 0.26,
@@ -119,7 +120,7 @@ pub fn arch() -> Shape {
     both
 }
 
-/// The moulding of an arch without an opening, on a wall that continues behind it.
+/// A blind arch: the moulding of an arch on a wall that has no opening and continues behind the moulding.
 pub fn blind_arch() -> Shape {
     let arch = Arch {
         radius: 0.8,
@@ -154,7 +155,8 @@ fn baluster(sides: u32) -> Shape {
     turned
 }
 
-/// The balustrade of one bay, between the pedestals of the columns at its ends. Each baluster has `sides` sides.
+/// The balustrade of one bay. It fills the space between the two pedestals on which the columns of the bay stand. Each
+/// baluster has `sides` sides.
 pub fn balustrade(sides: u32) -> Shape {
     let long = BAY - 0.56;
     let mut all = Shape::default();
@@ -189,7 +191,7 @@ pub fn balustrade(sides: u32) -> Shape {
     all
 }
 
-/// The pedestal under a column of the upper storey, which is as high as the balustrade.
+/// The pedestal under a column of the upper storey. It is as high as the balustrade, which ends at it.
 pub fn pedestal() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.3, 0.0)

@@ -1,13 +1,13 @@
-//! Decoration of a street: strings of paper lanterns, market stalls under bulbs, and pennants. Each emissive triangle is
-//! taken from a budget, so that the street has an exact number of lights.
+//! Decoration of a street: strings of paper lanterns, market stalls with bulbs, and pennants. Each emissive triangle is
+//! taken from a budget, so that the street has exactly the number of lights that the user asks for.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A position at the left side of a street, or its mirror image at the right side. In its coordinates, x points from the
-/// houses to the middle of the street.
+/// A position at the left side of a street, or its mirror image at the right side. In the coordinates of the spot, x points
+/// from the houses to the middle of the street, and y points up.
 #[derive(Clone, Copy)]
 pub struct Spot {
     pub foot: Vec3,
@@ -15,7 +15,8 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// Moves a shape from the spot's coordinates to this position in the street.
+    /// Moves a shape from the spot's coordinates to its place in the street, and mirrors it if the spot is at the right
+    /// side.
     pub fn put(self, shape: Shape) -> Shape {
         let moved = shape.map(|p| p + self.foot);
         if self.mirrored {
@@ -26,14 +27,14 @@ impl Spot {
     }
 }
 
-/// The model of the street so far, and the number of emissive triangles that may still be added.
+/// A street under construction: its model so far, and the number of emissive triangles that may still be added.
 pub struct Festival {
     pub model: Model,
     left: u64,
 }
 
-/// The number of emissive triangles that only the pennants may use. A pennant has one triangle, so the street gets exactly
-/// as many lights as asked for.
+/// The number of emissive triangles that are reserved for the pennants. A pennant is a single triangle, so that the pennants
+/// can use up any rest of the budget, and the street gets exactly as many lights as asked for.
 const RESERVE: u64 = 60;
 
 impl Festival {
@@ -45,12 +46,13 @@ impl Festival {
         }
     }
 
-    /// True if enough emissive triangles are left for another lantern; the street is made longer as long as this holds.
+    /// True if enough emissive triangles are left for another lantern. The street is made longer as long as this is true.
     pub fn has_light(&self) -> bool {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }
 
-    /// Adds a shape that emits `radiance`. If too few emissive triangles are left for it, the shape is dark instead.
+    /// Adds a shape that emits `radiance` (linear RGB), and takes its triangles from the budget. If too few emissive
+    /// triangles are left for the whole shape, it gets a dark material instead.
     pub fn light(&mut self, name: &str, radiance: Vec3, shape: Shape) {
         let triangles = shape.triangle_count() as u64;
         if self.left >= RESERVE + triangles {
@@ -62,7 +64,7 @@ impl Festival {
         }
     }
 
-    /// Adds lanterns on a cord that hangs from `a` to `b`.
+    /// Adds a cord that hangs from `a` to `b`, with eight lanterns of random sizes and colours on it.
     pub fn lanterns(&mut self, random: &mut Random, a: Vec3, b: Vec3) {
         let sag = random.between(0.5, 1.0);
         let hang = |t: f32| a.lerp(b, t) - Vec3::Y * sag * 4.0 * t * (1.0 - t);
@@ -106,7 +108,8 @@ impl Festival {
         }
     }
 
-    /// Adds a market stall at `spot`, which is long along z and open towards +x, the middle of the street.
+    /// Adds a market stall with goods and bulbs at `spot`. It is long along z, and open towards +x, where the middle of the
+    /// street is.
     pub fn stall(&mut self, random: &mut Random, spot: Spot) {
         let wood = dielectric("stall wood", Vec3::new(0.24, 0.14, 0.07), 0.5);
         let half = 1.25;
@@ -131,7 +134,7 @@ impl Festival {
         }
     }
 
-    /// Adds the striped cloth over a stall; `half` is half the length of the stall in metres.
+    /// Adds the striped cloth that is the roof of a stall; `half` is half the length of the stall in metres.
     fn awning(&mut self, random: &mut Random, half: f32, spot: Spot) {
         let color = random.pick(&[
             [0.5, 0.04, 0.04],
@@ -161,7 +164,8 @@ impl Festival {
         }
     }
 
-    /// Adds the goods of a stall, crates of fruit and jars; `half` is half the length of the stall in metres.
+    /// Adds the goods on the counter of a stall: crates of fruit, and jars. `half` is half the length of the stall in
+    /// metres.
     fn goods(&mut self, random: &mut Random, half: f32, spot: Spot) {
         let crate_wood = dielectric("crate", Vec3::new(0.4, 0.28, 0.14), 0.6);
         let mut z = -half + 0.25;
@@ -198,8 +202,8 @@ impl Festival {
         }
     }
 
-    /// Spends the remaining budget on pennants: glowing triangles that face +z, on cords from `a` to `b`. Each cord is
-    /// slightly above and behind the previous one.
+    /// Spends all emissive triangles that are left on pennants, glowing triangles that face +z. They hang on cords from `a`
+    /// to `b`, up to 32 on each. Each cord is slightly above and behind the previous one.
     pub fn pennants(&mut self, random: &mut Random, a: Vec3, b: Vec3) {
         let cord = Material::lambert("cord", Vec3::splat(0.03));
         let a_row = 32;
@@ -234,7 +238,8 @@ impl Festival {
     }
 }
 
-/// The paper of a lantern: a barrel around the origin with this radius in metres, open above and below.
+/// The paper of a lantern: a barrel around the origin, open above and below. `radius` is the largest radius of the barrel in
+/// metres.
 fn paper(radius: f32) -> Shape {
     let r = radius;
     let side = [
@@ -249,7 +254,7 @@ fn paper(radius: f32) -> Shape {
     lathe(&bands, 8).flat()
 }
 
-/// A square bar between two points; `half` is half its thickness in metres.
+/// A square bar from one point to another; `half` is half its thickness in metres.
 fn rod(from: Vec3, to: Vec3, half: f32) -> Shape {
     let along = to - from;
     let side = along.normalize().any_orthonormal_vector();

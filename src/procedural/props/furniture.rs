@@ -1,11 +1,12 @@
-//! Furniture in metres: each piece stands on the floor at the origin, with its front towards +Z.
+//! Furniture. Each piece stands on the floor at the origin, with its front towards +Z. Lengths are in metres.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, metal, soft_box};
 use crate::scene::Material;
 use glam::{DAffine3, DQuat, Vec3};
 
-/// A piece of furniture that is placed as a whole; its flat and its smooth shapes become separate meshes.
+/// A piece of furniture that is placed as a whole. Its flat shapes together become one mesh, and its smooth shapes one mesh
+/// per material.
 #[derive(Default)]
 pub struct Piece {
     flat: Model,
@@ -13,17 +14,18 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Adds a shape without normals to the piece.
+    /// Adds a shape without normals, which is shaded flat, to the piece.
     pub fn flat(&mut self, material: &Material, shape: Shape) {
         self.flat.add(material, shape);
     }
 
-    /// Adds a shape with smooth normals to the piece.
+    /// Adds a shape with smooth normals to the piece. Shapes of equal materials are merged.
     pub fn smooth(&mut self, material: &Material, shape: Shape) {
         self.smooth.add(material, shape);
     }
 
-    /// Adds the piece to a scene at the position `at`, rotated by `degrees` around its vertical axis.
+    /// Adds the piece to a scene. It stands at the position `at` in metres, rotated by `degrees` around its vertical axis.
+    /// `name` is the name of its instances.
     pub fn put(self, scene: &mut Builder, name: &str, at: Vec3, degrees: f64) {
         let turn = DQuat::from_rotation_y(degrees.to_radians());
         let transform = DAffine3::from_rotation_translation(turn, at.as_dvec3());
@@ -41,7 +43,8 @@ impl Piece {
     }
 }
 
-/// Four upright legs at the corners of a rectangle; `half` has half its size along x and z, in metres.
+/// Four upright legs, at the corners of a rectangle around the origin. `half` has half the sizes of the rectangle along x
+/// and z. All lengths are in metres.
 fn legs(half: Vec3, height: f32, thickness: f32) -> Shape {
     let mut legs = Shape::default();
     for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
@@ -54,7 +57,7 @@ fn legs(half: Vec3, height: f32, thickness: f32) -> Shape {
     legs
 }
 
-/// A chair with a slatted back.
+/// A wooden chair whose back has three horizontal slats.
 pub fn chair(wood: &Material) -> Piece {
     let mut chair = Piece::default();
     let half = Vec3::new(0.19, 0.0, 0.19);
@@ -78,7 +81,7 @@ pub fn chair(wood: &Material) -> Piece {
     chair
 }
 
-/// An armchair made of cushions on short legs.
+/// An armchair made of cushions that are covered with `cloth`, on short wooden legs.
 pub fn armchair(cloth: &Material, wood: &Material) -> Piece {
     let mut chair = Piece::default();
     chair.flat(wood, legs(Vec3::new(0.32, 0.0, 0.3), 0.2, 0.05));
@@ -95,7 +98,7 @@ pub fn armchair(cloth: &Material, wood: &Material) -> Piece {
     chair
 }
 
-/// A round table on one foot, by the radius and the height of its top in metres.
+/// A round table on one foot. `radius` is the radius of its top, and `height` the height of the top, in metres.
 pub fn round_table(wood: &Material, radius: f32, height: f32) -> Piece {
     let mut table = Piece::default();
     let (h, r) = (height, radius);
@@ -128,7 +131,7 @@ pub fn round_table(wood: &Material, radius: f32, height: f32) -> Piece {
     table
 }
 
-/// A bookcase of `width` × `height` metres, full of books.
+/// A bookcase of `width` × `height` metres, full of books. `random` chooses the sizes and colours of the books.
 pub fn bookcase(wood: &Material, width: f32, height: f32, random: &mut Random) -> Piece {
     let mut case = Piece::default();
     let deep = 0.28;
@@ -180,7 +183,7 @@ pub fn bookcase(wood: &Material, width: f32, height: f32, random: &mut Random) -
     case
 }
 
-/// The material of a book's cover, in a random colour.
+/// The material of a book's cover. `random` chooses one of seven colours.
 pub fn book(random: &mut Random) -> Material {
     let cover = random.pick(&[
         [0.35, 0.05, 0.05],
@@ -194,7 +197,8 @@ pub fn book(random: &mut Random) -> Material {
     dielectric("book", Vec3::from(cover), 0.5)
 }
 
-/// A framed picture of coloured fields, `width` × `height` metres, centred at the origin with its back at about z = 0.
+/// A framed picture of random coloured rectangles, `width` × `height` metres. It is centred at the origin, with its back at
+/// about z = 0.
 pub fn picture(frame: &Material, width: f32, height: f32, random: &mut Random) -> Piece {
     let mut picture = Piece::default();
     picture.flat(
@@ -230,7 +234,7 @@ pub fn picture(frame: &Material, width: f32, height: f32, random: &mut Random) -
     picture
 }
 
-/// A vase of `height` metres.
+/// A glazed vase with a narrow neck, `height` metres high and open at the top.
 pub fn vase(glaze: &Material, height: f32) -> Piece {
     let mut vase = Piece::default();
     let side = [
@@ -255,7 +259,7 @@ pub fn vase(glaze: &Material, height: f32) -> Piece {
     vase
 }
 
-/// A pot with a plant of long bent leaves.
+/// A pot with a plant that has 26 long bent leaves. `random` chooses their lengths and directions.
 pub fn plant(pot: &Material, leaf: &Material, random: &mut Random) -> Piece {
     let mut plant = Piece::default();
     let outside = [(0.12, 0.0), (0.17, 0.2), (0.19, 0.36)];
@@ -291,7 +295,7 @@ pub fn plant(pot: &Material, leaf: &Material, random: &mut Random) -> Piece {
     plant
 }
 
-/// A standing lamp that is switched off, so that it emits no light.
+/// A standing lamp with a shade. It is switched off, so that it emits no light.
 pub fn dark_lamp(iron: &Material, shade: &Material) -> Piece {
     let mut lamp = Piece::default();
     let pole = [(0.15, 0.0), (0.14, 0.025), (0.02, 0.04), (0.012, 0.1)];
@@ -308,7 +312,7 @@ pub fn dark_lamp(iron: &Material, shade: &Material) -> Piece {
     lamp
 }
 
-/// A silver bowl of fruit.
+/// A silver bowl with four fruits. `random` chooses the colours of the fruits.
 pub fn fruit_bowl(random: &mut Random) -> Piece {
     let mut bowl = Piece::default();
     let outside = [(0.06, 0.0), (0.12, 0.03), (0.16, 0.09)];
@@ -332,7 +336,7 @@ pub fn fruit_bowl(random: &mut Random) -> Piece {
     bowl
 }
 
-/// A low cupboard with two doors, `width` metres wide.
+/// A low cupboard on legs, `width` metres wide. It has two doors, each with a knob.
 pub fn sideboard(wood: &Material, knob: &Material, width: f32) -> Piece {
     let mut board = Piece::default();
     board.flat(

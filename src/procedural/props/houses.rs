@@ -1,4 +1,4 @@
-//! Half-timbered houses: shops below, jutting storeys with lit windows above, and steep roofs.
+//! Half-timbered houses of a street: shops at the bottom, storeys above that jut out and have lit windows, and steep roofs.
 
 use super::festival::{Festival, Spot};
 use crate::base::random::Random;
@@ -6,8 +6,8 @@ use crate::procedural::modelling::{Shape, dielectric};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// Adds a house at `spot`. In the spot's coordinates, its front is at x = 0, and it reaches from z = 0 to −`width` metres.
-/// The upper storeys jut out over the street.
+/// Adds a house with a random number of storeys at `spot`. In the spot's coordinates, its front is at x = 0, and it reaches
+/// from z = 0 to z = −`width` metres. The upper storeys jut out towards +x, over the street.
 pub fn house(street: &mut Festival, random: &mut Random, spot: Spot, width: f32) {
     let plaster = random.pick(&[
         [0.72, 0.62, 0.46],
@@ -71,8 +71,8 @@ pub fn house(street: &mut Festival, random: &mut Random, spot: Spot, width: f32)
     shop(street, random, spot, width, &timber);
 }
 
-/// Adds a steep roof with its gable towards the street. `out` is the x coordinate of the front below the gable, and `foot`
-/// is the height at which the roof begins, in metres.
+/// Adds a steep roof with its gable towards the street to a house that is `width` metres wide. `out` is the x coordinate of
+/// the front below the gable, and `foot` is the height at which the roof begins, in metres.
 fn gable(
     street: &mut Festival,
     spot: Spot,
@@ -109,8 +109,8 @@ fn gable(
     }
 }
 
-/// Adds a row of windows, some lit. `out` is the x coordinate of the front, and `foot` is the height of the storey's floor,
-/// in metres.
+/// Adds the windows of one storey, of which about half are lit. `width` is the width of the house, `out` is the x coordinate
+/// of the storey's front, and `foot` is the height of the storey's floor, in metres.
 fn windows(
     street: &mut Festival,
     random: &mut Random,
@@ -182,7 +182,7 @@ fn windows(
     }
 }
 
-/// Adds the ground floor of a house: a door and a shop window.
+/// Adds a door and a lit shop window to the ground floor of a house that is `width` metres wide.
 fn shop(street: &mut Festival, random: &mut Random, spot: Spot, width: f32, timber: &Material) {
     let left = random.unit() < 0.5;
     let at = |t: f32| -width * if left { t } else { 1.0 - t };

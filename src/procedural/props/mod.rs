@@ -1,4 +1,4 @@
-//! Models that the scenes place, such as furniture, houses, a car and a statue.
+//! Models that the procedural scenes place, such as furniture, houses, a car and a statue.
 
 mod arches;
 pub mod car;

@@ -1,4 +1,4 @@
-//! A classical bust on a round foot: one smooth body of about 3,000 triangles.
+//! A classical bust on a round foot, as one shape of about 3,000 triangles with smooth normals.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::dual_contouring::{Detail, surface, ticks};
@@ -6,22 +6,22 @@ use crate::procedural::modelling::implicit::{ball, carve, common, ellipsoid, joi
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Mat3, Vec3, vec3};
 
-/// The height of the top of the foot, in metres.
+/// The height of the top of the foot above the ground, in metres.
 const FOOT: f32 = 0.135;
-/// The height of the middle of the head, in metres.
+/// The height of the middle of the head above the ground, in metres.
 const HEAD: f32 = 0.545;
 
-/// The random properties by which busts differ.
+/// The random properties in which one bust differs from another.
 struct Sitter {
-    /// The rotation of the head to a side, in radians.
+    /// The rotation of the head around the vertical axis, to a side, in radians.
     turn: f32,
     /// The tilt of the head towards a shoulder, in radians.
     tilt: f32,
-    /// The number of locks of hair around the head.
+    /// The number of locks of hair around the head, a whole number.
     locks: f32,
-    /// The length of the nose, relative to the usual one.
+    /// The length of the nose as a factor on the usual length: 1 is usual.
     nose: f32,
-    /// The width of the jaw, relative to the usual one.
+    /// The width of the jaw as a factor on the usual width: 1 is usual.
     jaw: f32,
     /// The distance from one fold of the cloth to the next, in metres.
     fold: f32,
@@ -40,7 +40,8 @@ impl Sitter {
         }
     }
 
-    /// The signed distance to the face without hair. `m` is a point mirrored to the side +x, which makes the face symmetric.
+    /// The signed distance to the face without hair. The origin is the middle of the head. `m` is the point, mirrored to the
+    /// side +x, which makes the face symmetric.
     fn face(&self, m: Vec3) -> f32 {
         let mut d = ellipsoid(m, vec3(0.0, 0.035, -0.012), vec3(0.074, 0.09, 0.094));
         let jaw = vec3(0.06 * self.jaw, 0.088, 0.07);
@@ -70,7 +71,8 @@ impl Sitter {
         d
     }
 
-    /// The signed distance to the hair, which is drawn back in locks from the brow to a knot, and held by a ribbon.
+    /// The signed distance to the hair, from the point `p` relative to the middle of the head. The hair is drawn back in
+    /// locks from the brow to a knot, and held by a ribbon.
     fn hair(&self, p: Vec3) -> f32 {
         let ripple = |angle: f32| 0.005 * (angle * self.locks).cos();
         let cap = ellipsoid(p, vec3(0.0, 0.045, -0.024), vec3(0.087, 0.091, 0.1));
@@ -85,8 +87,8 @@ impl Sitter {
         join(d, knot.length() - 0.042 - twist, 0.02)
     }
 
-    /// The signed distance to the torso: neck, shoulders and chest, down to the stem that stands on the foot. `m` is `p`
-    /// mirrored to the side +x.
+    /// The signed distance to the torso, from the point `p` relative to the middle of the head. The torso is neck, shoulders
+    /// and chest, down to the stem that stands on the foot. `m` is `p` mirrored to the side +x.
     fn torso(&self, p: Vec3, m: Vec3) -> f32 {
         let mut d = ellipsoid(m, vec3(0.0, -0.33, -0.012), vec3(0.165, 0.16, 0.092));
         let shoulder = ellipsoid(m, vec3(0.16, -0.27, -0.025), vec3(0.062, 0.075, 0.062));
@@ -121,7 +123,8 @@ impl Sitter {
         join(join(head, neck, 0.025), self.torso(p, m), 0.03)
     }
 
-    /// Moves a point of the upright bust to the pose of this one: the head turns and tilts, and the neck follows partly.
+    /// Moves a point `p` of the upright bust to where it is in the pose of this bust. The head turns and tilts, the neck
+    /// follows in part, and the chest stays.
     fn posed(&self, p: Vec3) -> Vec3 {
         let pivot = vec3(0.0, -0.1, -0.025);
         let t = ((p.y + 0.22) / 0.16).clamp(0.0, 1.0);
@@ -131,7 +134,7 @@ impl Sitter {
     }
 }
 
-/// A bust with random features, 0.68 m high. It stands at the origin and faces +Z.
+/// A bust with random features, 0.68 m high, on its foot. It stands at the origin and faces +Z.
 pub fn bust(random: &mut Random) -> Shape {
     let sitter = Sitter::new(random);
     let across = [(-0.055, 0.01), (0.055, 0.004), (0.24, 0.01)];

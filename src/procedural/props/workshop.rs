@@ -5,7 +5,8 @@ use crate::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
 use crate::scene::Material;
 use glam::{Mat3, Vec3, vec3};
 
-/// Adds the model `from` to `into`, rotated by `degrees` around +Y and moved to `to`.
+/// Adds all shapes of the model `from` to the model `into`. They are rotated by `degrees` around +Y, and then moved by `to`
+/// in metres.
 pub fn put(into: &mut Model, from: Model, degrees: f32, to: Vec3) {
     let turn = Mat3::from_rotation_y(degrees.to_radians());
     for (material, shape) in from.0 {
@@ -17,7 +18,7 @@ fn timber(name: &str, light: f32) -> Material {
     dielectric(name, vec3(0.42, 0.27, 0.14) * light, 0.5)
 }
 
-/// A crate of slats on a frame, of this size in metres, which stands at the origin.
+/// A crate of wooden slats on a frame, which stands at the origin. `size` has its width, height and depth in metres.
 pub fn crate_of(size: Vec3) -> Model {
     let mut model = Model::default();
     let half = size / 2.0;
@@ -65,7 +66,7 @@ pub fn crate_of(size: Vec3) -> Model {
     model
 }
 
-/// A cardboard box with its tape, of this size in metres, which stands at the origin.
+/// A cardboard box with a strip of tape, which stands at the origin. `size` has its width, height and depth in metres.
 fn carton(random: &mut Random, size: Vec3) -> Model {
     let mut model = Model::default();
     let tint = random.pick(&[[0.45, 0.31, 0.18], [0.36, 0.24, 0.13], [0.52, 0.4, 0.26]]);
@@ -80,7 +81,7 @@ fn carton(random: &mut Random, size: Vec3) -> Model {
     model
 }
 
-/// A tin with a rim, which stands at the origin; its radius and height are in metres.
+/// A tin with a rim and a label of a random colour, which stands at the origin. `radius` and `height` are in metres.
 fn tin(random: &mut Random, radius: f32, height: f32) -> Model {
     let mut model = Model::default();
     let steel = metal("tin", Vec3::splat(0.6), 0.3);
@@ -107,7 +108,8 @@ fn tin(random: &mut Random, radius: f32, height: f32) -> Model {
     model
 }
 
-/// Steel shelves of `wide` metres along X with their backs to −Z, full of boxes and tins: at most `things` on each shelf.
+/// Five steel shelves above each other, `wide` metres along X, with their backs towards −Z. Each shelf is filled with boxes
+/// and tins, at most `things` of them.
 pub fn shelves(random: &mut Random, wide: f32, things: u32) -> Model {
     let mut model = Model::default();
     let steel = metal("shelf", vec3(0.2, 0.24, 0.27), 0.45);
@@ -150,7 +152,7 @@ pub fn shelves(random: &mut Random, wide: f32, things: u32) -> Model {
     model
 }
 
-/// A workbench 2.4 m wide with a vise, its back towards −Z.
+/// A workbench, 2.4 m wide, with a vise, a toolbox, tins and boxes. It stands at the origin, and its back is towards −Z.
 pub fn bench(random: &mut Random) -> Model {
     let mut model = Model::default();
     let (top, leg) = (timber("bench top", 0.9), timber("bench legs", 0.55));
@@ -221,7 +223,7 @@ pub fn bench(random: &mut Random) -> Model {
     model
 }
 
-/// A board with tools on it, 2.2 m wide. Its foot is at the origin, and it faces +Z.
+/// A board, 2.2 m wide, on which tools hang. The middle of its lower edge is at the origin, and it faces +Z.
 pub fn tools(random: &mut Random) -> Model {
     let mut model = Model::default();
     let board = Material::lambert("tool board", vec3(0.5, 0.42, 0.3));
@@ -265,7 +267,7 @@ pub fn tools(random: &mut Random) -> Model {
     model
 }
 
-/// An oil drum that stands at the origin, painted in this colour.
+/// An oil drum that stands at the origin. `paint` is its colour (linear RGB).
 pub fn drum(paint: Vec3) -> Model {
     let mut model = Model::default();
     let mut side = Profile::new(0.0, 0.0).line(0.29, 0.0);
@@ -277,7 +279,7 @@ pub fn drum(paint: Vec3) -> Model {
     model
 }
 
-/// A pile of `count` tyres at the origin.
+/// A pile of `count` tyres that lie on each other, at the origin.
 pub fn tyres(count: u32) -> Model {
     let mut model = Model::default();
     let rubber = dielectric("old tyres", Vec3::splat(0.03), 0.6);

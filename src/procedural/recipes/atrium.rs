@@ -1,5 +1,5 @@
-//! The scene `atrium`: a court between two storeys of arcades, lit by three small lamps that mostly stay out of sight.
-//! Lengths are in metres, and the court is long along Z.
+//! The scene `atrium`: a court between two storeys of arcades. It is lit by three small lamps, which columns mostly hide
+//! from the camera. Lengths are in metres, and the court is long along Z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -46,15 +46,15 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 /// The number of arches along each short side of the court.
 const ACROSS: u32 = 3;
-/// The distance in metres from the middle plane of an arcade to the wall behind it.
+/// The distance in metres from the middle plane of an arcade to the wall of the gallery behind it.
 const GALLERY: f32 = 2.7;
-/// The height of each gallery's ceiling above the gallery's floor, in metres.
+/// The height of the ceiling of each gallery, the passage behind an arcade, above its floor, in metres.
 const CEILING: f32 = 4.6;
-/// The height of the court's ceiling in metres.
+/// The height of the court's ceiling above the lower floor, in metres.
 const TOP: f32 = 2.0 * STOREY + 0.75;
 
-/// One side of the court: the rotation around +Y in degrees, the position and the number of arches. They place a shape that
-/// faces +Z so that it stands on this side and faces the middle of the court.
+/// One side of the court: its rotation around +Y in degrees, its position, and the number of its arches. A shape that faces
+/// +Z, when rotated and moved in this way, stands on this side and faces the middle of the court.
 struct Side {
     turn: f32,
     middle: Vec3,
@@ -86,20 +86,22 @@ impl Side {
         scene.place(name, mesh, DAffine3::from_rotation_translation(turn, to));
     }
 
-    /// The centres of the side's bays, one per arch: positions in metres along the side, from its middle.
+    /// The centres of the side's bays (sections with one arch each): coordinates in metres along the side, from the side's
+    /// middle.
     fn bays(&self) -> impl Iterator<Item = f32> + use<> {
         let bays = self.bays;
         (0..bays).map(move |i| (i as f32 - (bays - 1) as f32 / 2.0) * BAY)
     }
 
-    /// The positions of the side's columns in metres along the side, from its middle, without those in the corners.
+    /// The positions of the side's columns: coordinates in metres along the side, from the side's middle. The corners of the
+    /// court are left out, because piers stand there.
     fn columns(&self) -> impl Iterator<Item = f32> + use<> {
         self.bays().skip(1).map(|x| x - BAY / 2.0)
     }
 }
 
-/// A horizontal ring at the height `y` between two rectangles, which are given by half their sizes along X and Z. It faces
-/// up if `up` is true, and otherwise down.
+/// A horizontal ring at the height `y`, between an inner and an outer rectangle around the y axis. Both are given by half
+/// their sizes along X and Z. The ring faces up if `up` is true, and otherwise down.
 fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     let corners = |half: Vec2| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
@@ -119,7 +121,8 @@ fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     ring
 }
 
-/// Adds a floor of pale, dark and red marble tiles with open joints. `half` has half the floor's size along X and Z.
+/// Adds a floor of pale, dark and red marble tiles, with gaps between the tiles. `half` has half the sizes of the floor
+/// along X and Z.
 fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
     let ground = Material::lambert("joints", Vec3::splat(0.06));
     let (corner, size) = (vec3(-half.x, -0.012, -half.y), half * 2.0);
@@ -161,7 +164,8 @@ fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
     }
 }
 
-/// Adds the outer walls, the ceilings, the upper floor, the cornices and the beams.
+/// Adds the outer walls, the ceilings, the upper floor, the cornices and the beams. `half` has half the sizes of the court
+/// along X and Z, up to the middle planes of the arcades.
 fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
     let outer = half + GALLERY;
     let fresco = Material::lambert("gallery wall", vec3(0.5, 0.3, 0.17));
@@ -233,7 +237,8 @@ fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
     }
 }
 
-/// Adds the columns, piers, arches and balustrades of both storeys. `detail` is the number of sides of a column.
+/// Adds the columns, piers, arches and balustrades of both storeys. `half` has half the sizes of the court along X and Z.
+/// `detail` is the number of sides of a column, and twice that of a baluster.
 fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     let marble = dielectric("column", vec3(0.68, 0.65, 0.6), 0.3);
     let stone = dielectric("arcade", vec3(0.66, 0.59, 0.48), 0.5);
@@ -277,9 +282,9 @@ fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     }
 }
 
-/// Hangs a lamp of the radiance `light` at the height `y[0]` from a ceiling at the height `y[1]`. Seen from above, it is on
-/// the line from `eye` through the object at `behind`, which hides it. Its distance from `eye` is `beyond` times that of the
-/// object.
+/// Adds a lamp that emits `light` and hangs at the height `y[0]` from a ceiling at the height `y[1]`. An object at `behind`
+/// hides it from `eye`: seen from above, the lamp is on the line from `eye` through `behind`. Its distance from `eye` is
+/// `beyond` times that of the object.
 fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
     let [y, ceiling] = y;
     let to = (eye + (behind - eye) * beyond).with_y(y);
@@ -296,7 +301,7 @@ fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2],
     model.add(&brass, cap.turned(20).map(|p| p + to));
 }
 
-/// The round steps and the drum on which the bust stands.
+/// The round steps and the drum on which the bust stands, as one shape at the origin.
 fn drum() -> Shape {
     Profile::new(0.0, 0.0)
         .line(1.25, 0.0)

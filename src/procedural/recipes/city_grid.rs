@@ -1,4 +1,5 @@
-//! The scene `city-grid`: city blocks at night from above. Lengths are in metres, and the grid's centre is at the origin.
+//! The scene `city-grid`: a square grid of city blocks at night, seen from above. Lengths are in metres, and the centre of
+//! the grid is at the origin.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, metal};
@@ -28,18 +29,18 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The width of a block with its pavement, in metres.
+/// The width of a square block in metres, including the pavement around its houses.
 const BLOCK: f32 = 38.0;
 /// The width of a road, in metres.
 const ROAD: f32 = 11.0;
-/// The distance from one block to the next, in metres.
+/// The distance from the centre of one block to that of the next, in metres.
 const PITCH: f32 = BLOCK + ROAD;
-/// The height of the pavement, in metres.
+/// The height of the pavement above the road, in metres.
 const KERB: f32 = 0.15;
-/// The depth of the pavement in front of the houses, in metres.
+/// The width of the pavement between the road and the houses, in metres.
 const WALK: f32 = 3.2;
 
-/// Indices of the meshes that have many instances: lamp posts, trees and cars.
+/// Indices of the meshes that the scene instances many times: lamp posts, trees and cars.
 struct Stock {
     posts: [(u32, u32); 2],
     tree: [u32; 2],
@@ -160,7 +161,8 @@ fn turned(at: Vec3, degrees: f64, size: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(DVec3::splat(size), turn, at.as_dvec3())
 }
 
-/// Adds one block around `middle`: pavement, lamps at its edges, and houses or a park. `lit` is the fraction of lit windows.
+/// Adds one block around `middle`: a pavement with lamps and trees at its edges, and on it houses or a park. `lit` is the
+/// fraction of the houses' windows that emit light.
 fn block(
     scene: &mut Builder,
     model: &mut Model,
@@ -245,8 +247,8 @@ fn block(
     }
 }
 
-/// Adds the roads' paint: dashes along the middle, and crossings. `blocks` is the number of blocks along each side of the
-/// grid.
+/// Adds the paint on the roads: dashes along the middle of each road, and pedestrian crossings. `blocks` is the number of
+/// blocks along each side of the grid.
 fn paint(model: &mut Model, blocks: u64) {
     let paint = dielectric("road paint", Vec3::splat(0.6), 0.5);
     let origin = -PITCH * blocks as f32 / 2.0;
@@ -283,8 +285,8 @@ fn paint(model: &mut Model, blocks: u64) {
     }
 }
 
-/// Adds cars to every road, which drive on the right-hand side. `blocks` is the number of blocks along each side of the
-/// grid.
+/// Adds cars to every road. They drive on the right-hand side of the road. `blocks` is the number of blocks along each side
+/// of the grid.
 fn traffic(scene: &mut Builder, stock: &Stock, random: &mut Random, blocks: u64) {
     let origin = -PITCH * blocks as f32 / 2.0;
     for swap in [false, true] {

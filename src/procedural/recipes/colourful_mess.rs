@@ -1,4 +1,5 @@
-//! The scene `colourful-mess`: a heap of coloured toys of all finishes among coloured lamps. Lengths are in metres.
+//! The scene `colourful-mess`: a heap of toys among coloured lamps, in a closed room. The toys are matte, satin, glossy or
+//! of metal, and a simulation lets them fall onto the heap. Lengths are in metres, and the floor is at height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::tumble::{Body, simulate_fall};
@@ -41,7 +42,8 @@ const COLORS: [[f32; 3]; 10] = [
     [0.75, 0.73, 0.68],
 ];
 
-/// The RGB radiances of the glowing balls in the heap, from which each ball gets one at random.
+/// The linear RGB radiances of the glowing balls in the heap, in W/(m²·sr). Each ball gets one of them at random, multiplied
+/// by 0.09 m over its radius, but at most by 2: small balls are brighter, so that their light is visible, too.
 const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.4, 0.15],
     [9.0, 2.6, 0.2],
@@ -51,7 +53,8 @@ const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.35, 2.6],
 ];
 
-/// The height and half the width of the room around the heap, in metres. The room's walls reflect light onto the heap.
+/// The height of the closed room around the heap, in metres; also half the room's width and half its depth. The walls
+/// reflect light of the lamps onto the heap.
 const ROOM: f32 = 5.0;
 
 fn finish(random: &mut Random) -> Material {
@@ -68,7 +71,8 @@ fn finish(random: &mut Random) -> Material {
     }
 }
 
-/// A toy: shape, material, the balls (centre, radius) that represent it in the simulation, and volume in cubic metres.
+/// One toy of the heap. `balls` (centre and radius of each, in metres) represent it in the simulation of the fall, and
+/// `volume`, in cubic metres, is its mass there.
 struct Toy {
     shape: Shape,
     material: Material,
@@ -86,7 +90,7 @@ fn ball(random: &mut Random, material: Material, smallest: f32, largest: f32) ->
     }
 }
 
-/// A block around the origin with bevelled edges and a random size.
+/// Makes a toy: a block with bevelled edges, centred at the origin. Its size and its material are random.
 fn block(random: &mut Random) -> Toy {
     let side = random.between(0.08, 0.15);
     let half = random.pick(&[
@@ -130,9 +134,9 @@ fn block(random: &mut Random) -> Toy {
     }
 }
 
-/// Six balls (centre, radius) in a horizontal ring around the y axis, which represent a slice of a round toy in the
-/// simulation. `radius` is that of the slice, `height` is the height of the balls' centres, and `thick` is the radius of the
-/// balls, all in metres.
+/// Six balls (centre, radius) in a horizontal ring around the y axis. In the simulation of the fall, they represent a
+/// horizontal slice of a round toy (cone or drum). `radius` is the radius of the slice, `height` is the height of the balls'
+/// centres, and `thick` is the radius of the balls, all in metres.
 fn wreath(radius: f32, height: f32, thick: f32) -> impl Iterator<Item = (Vec3, f32)> {
     const HALF_ROOT_3: f32 = 0.866_025_4;
     let points = [(1.0, 0.0), (0.5, HALF_ROOT_3), (-0.5, HALF_ROOT_3)];
@@ -192,7 +196,8 @@ fn drum(random: &mut Random) -> Toy {
     }
 }
 
-/// A random rotation. It is computed without sines, because these differ between machines.
+/// A random rotation as a matrix. It is computed without sines and cosines, because their results differ between machines,
+/// and the scene must be the same on all of them.
 fn any_turn(random: &mut Random) -> Mat3 {
     let mut any = || {
         let point = |r: &mut Random| [(); 3].map(|()| r.between(-1.0, 1.0));
@@ -211,8 +216,8 @@ fn any_turn(random: &mut Random) -> Mat3 {
     Mat3::from_cols(x, z.cross(x), z)
 }
 
-/// Makes `things` toys, each with its body for the simulation; `lamps` of the toys glow. The bodies start on a rising
-/// spiral.
+/// Makes `things` toys, of which `lamps` are glowing balls, and for each toy the body that represents it in the simulation
+/// of the fall. The bodies start in the air, on a rising spiral around the y axis.
 fn heap_of(random: &mut Random, things: u32, lamps: u32) -> Vec<(Toy, Body)> {
     // Rotated by the golden angle each; the spiral is wider for more things.
     let golden = Mat3::from_cols(
@@ -272,7 +277,7 @@ fn room(model: &mut Model) {
     }
 }
 
-/// Adds globes that hang over the heap, and a wide soft light under the ceiling.
+/// Adds three glowing globes, which hang on cords over the heap, and a wide soft light under the ceiling.
 fn lamps(model: &mut Model) {
     let cord = dielectric("cord", Vec3::splat(0.03), 0.5);
     for (at, radius, glow) in [

@@ -1,6 +1,7 @@
-//! The scene `conservatory`, with one of everything: textures of every kind, vertex colours, surfaces with holes and with
-//! partial coverage, an unlit picture, and lights with and without a surface. If there is an environment, it shines in
-//! through the roof, the trellis and the open front. Lengths are in metres, and the floor is at height 0.
+//! The scene `conservatory`, a test that uses almost every feature of scenes once: textures of every kind, vertex colours,
+//! surfaces with holes and with partial coverage, an unlit picture, and lights with and without a surface. If the scene is
+//! rendered with an environment (light from infinitely far away), this light enters through the roof, the trellis and the
+//! open front. Lengths are in metres, and the floor is at height 0.
 
 use crate::procedural::modelling::stage::{Stage, at, repeated, swing};
 use crate::procedural::modelling::{Builder, Model, SINK, Shape, dielectric, emitter, metal};
@@ -25,9 +26,9 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The lowest corner of the room, in metres.
+/// The corner of the room with the lowest coordinates, in metres.
 const LOW: Vec3 = Vec3::new(-1.5, 0.0, -1.5);
-/// The size of the room along each axis, in metres.
+/// The size of the room along the axes x, y and z, in metres.
 const SIZE: Vec3 = Vec3::new(3.0, 2.4, 3.0);
 
 pub(super) fn make(values: &Values) -> Scene {
@@ -43,14 +44,16 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.scene()
 }
 
-/// A pseudorandom byte for a pair of numbers, from which textures get their patterns.
+/// A pseudorandom byte for the pair (x, y), always the same byte for the same pair. Images of textures get their patterns
+/// from such bytes, with the coordinates of pixels as x and y.
 fn byte(x: u32, y: u32) -> u8 {
     let mixed =
         (x.wrapping_mul(0x9E37_79B9) ^ y.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0xC2B2_AE35);
     (mixed >> 24) as u8
 }
 
-/// A texture that repeats its image this many times within the unit square of coordinates.
+/// A texture that shows an image `times.x` × `times.y` times within the unit square of texture coordinates. `image` is the
+/// index of the image in the scene.
 fn repeating(image: u32, times: Vec2) -> Texture {
     Texture {
         transform: Affine2::from_scale(times),
@@ -58,7 +61,8 @@ fn repeating(image: u32, times: Vec2) -> Texture {
     }
 }
 
-/// Adds the floor, the walls and the roof.
+/// Adds the floor, the left wall, the back wall and the glass roof. The front stays open, and [`trellis`] adds the right
+/// wall.
 fn house(room: &mut Builder) {
     let (x, y, z) = (Vec3::X * SIZE.x, Vec3::Y * SIZE.y, Vec3::Z * SIZE.z);
     let tiles = room.image("tiles", 8, |x, y| {
@@ -125,7 +129,7 @@ fn house(room: &mut Builder) {
     room.add(glass, Shape::quad(LOW + y, x, z));
 }
 
-/// Adds the objects that stand and hang in the room and do not move.
+/// Adds the objects in the room that do not move: a curtain, a picture, a plinth, a pot and a metal sphere.
 fn furnish(room: &mut Builder) {
     // Denser towards its edges, and nowhere quite closed.
     let lace = room.image("lace", 8, |x, y| {
@@ -180,8 +184,9 @@ fn furnish(room: &mut Builder) {
     room.place("sphere", sphere, transform);
 }
 
-/// Adds a wall of laths and the leaves in the pot; alpha cuts out the holes between the laths and the leaves' outlines. The
-/// wall slides to and fro, and `speed` multiplies its speed.
+/// Adds the right wall of the room, a trellis of laths, and the leaves in the pot. Both are rectangles with textures, whose
+/// alpha cuts out the holes between the laths and the outlines of the leaves. The trellis slides to and fro along z; `speed`
+/// multiplies its speed, and with 0 it stands still.
 fn trellis(stage: &mut Stage, speed: f64) {
     let room = &mut stage.room;
     let holes = room.image("trellis", 8, |x, y| {
@@ -235,8 +240,9 @@ fn trellis(stage: &mut Stage, speed: f64) {
     }
 }
 
-/// Adds a swinging lantern whose texture has bright and dark panes; `speed` multiplies the speed of the swing. If `pierced`
-/// is true, alpha cuts holes into panes of both kinds.
+/// Adds a swinging lantern with an emissive texture of bright and dark panes. `speed` multiplies the speed of the swing;
+/// with 0 the lantern stands still. If `pierced` is true, the alpha of another texture cuts holes into bright and dark
+/// panes.
 fn lantern(stage: &mut Stage, speed: f64, pierced: bool) {
     let panes = stage
         .room
@@ -273,8 +279,8 @@ fn lantern(stage: &mut Stage, speed: f64, pierced: bool) {
     stage.hang("lantern", lantern, hook);
 }
 
-/// Adds the lights that have no surface: a candle, a spot and the sun. The directions of the spot and the sun swing, and
-/// `speed` multiplies the speed of the swing.
+/// Adds the lights that have no surface: a candle (point light), a spot and the sun (directional light). The directions of
+/// the spot and the sun swing; `speed` multiplies the speed of the swing, and with 0 they stand still.
 fn lights(stage: &mut Stage, speed: f64) {
     let toward = |eye: DVec3, target: DVec3| look_at(eye, target, 1.0).camera_to_world;
     let candle = DAffine3::from_translation(DVec3::new(-0.9, 0.75, -1.2));

@@ -1,11 +1,12 @@
-//! The scenes `cornell` and `cornell-glossy`: the Cornell box, two metres wide, with its floor at height 0.
+//! The scenes `cornell` and `cornell-glossy`: the Cornell box, with an open front, a red and a green wall, and one lamp
+//! under the ceiling. The box is two metres wide, high and deep, and its floor is at height 0.
 
 use crate::procedural::modelling::{Builder, Shape, dielectric, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
-/// The linear RGB reflectance of the white surfaces.
+/// The linear RGB reflectance of the white surfaces: the ceiling, the back wall, the floor, and the blocks of `cornell`.
 const WHITE: [f32; 3] = [0.73, 0.73, 0.73];
 
 pub(super) const GLOSSY_PARAMETERS: &[Parameter] = &[Parameter {
@@ -30,7 +31,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The empty box with its light and camera; the floor has the given material.
+/// The empty box with its lamp and its camera. The floor has the material `floor`; the other surfaces are matte.
 fn room(floor: Material) -> Builder {
     let mut room = Builder::default();
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
@@ -60,8 +61,9 @@ fn room(floor: Material) -> Builder {
     room
 }
 
-/// The transform that maps the unit cube around the origin to a block of `size` metres. The block stands on the floor at the
-/// coordinates `x` and `z`, rotated by `degrees` around its vertical axis.
+/// The transform that maps the cube of side 1 around the origin to a block on the floor. `size` is the size of the block
+/// along x, y and z, in metres. The middle of the block is at the coordinates `x` and `z`, and the block is rotated by
+/// `degrees` around its vertical axis.
 fn on_floor(x: f64, z: f64, size: DVec3, degrees: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(
         size,
@@ -74,7 +76,8 @@ fn unit_cube() -> Shape {
     Shape::block(Vec3::splat(-0.5), Vec3::splat(0.5))
 }
 
-/// The scene `cornell`: the box with two blocks.
+/// Makes the scene `cornell`: the box with a tall and a short block. The parameters in `values` decide the material of the
+/// floor and the blocks.
 pub(super) fn plain(values: &Values) -> Scene {
     let roughness = values.real("roughness");
     let made_of = |name: &str| match values.text("finish") {

@@ -1,8 +1,10 @@
-//! The scene `divided-room`: a room that an opaque wall at x = 0 divides into halves. It tests lights of very different
-//! brightness: the camera is in the half at +x, which has dim lamps, and a far brighter lamp is in the other half, where the
-//! camera does not see it. By default (`wall=whole`), the wall reaches from the back wall to the front wall, and the bright
-//! lamp lights nothing that the camera sees. With `wall=short`, it ends before the front wall, so that the bright lamp
-//! shines past it into the camera's half, where the wall casts a shadow.
+//! The scene `divided-room`: a room that an opaque partition at x = 0 divides into two halves. It tests how a renderer
+//! samples lights of very different brightness. The camera is in the half at +x, which has dim lamps. A far brighter lamp is
+//! in the other half, and the camera does not see it.
+//!
+//! By default (`wall=whole`), the partition reaches from the back wall to the front wall, and the bright lamp lights nothing
+//! that the camera sees. With `wall=short`, the partition ends before the front wall. The bright lamp then also lights a
+//! part of the camera's half, where the partition casts a shadow.
 //!
 //! Lengths are in metres, and the floor is at height 0.
 
@@ -42,22 +44,23 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width and half the depth of the room, in metres.
+/// Half the width and half the depth of the room, in metres: the outer walls are at x, z = ±`HALF`.
 const HALF: f32 = 2.0;
-/// The height of the room, in metres.
+/// The height of the ceiling above the floor, in metres.
 const HIGH: f32 = 2.4;
-/// Half the thickness of the wall in the middle, in metres.
+/// Half the thickness of the partition at x = 0, which divides the room, in metres.
 const THIN: f32 = 0.02;
-/// The z coordinate at which the middle wall ends if the parameter `wall` is `short`, in metres. A whole wall ends at the
-/// front wall, z = `HALF`.
+/// The z coordinate at which the partition ends if the parameter `wall` is `short`, in metres. With `whole`, the partition
+/// ends at the front wall, z = `HALF`.
 const END: f32 = 0.4;
-/// The distance of the lamps from the ceiling, in metres.
+/// The distance from the ceiling down to the lamps, dim and bright, in metres.
 const BELOW: f32 = 0.02;
-/// The total area of the dim lamps, in square metres; each lamp has an equal part of it.
+/// The total area of the dim lamps, in square metres. Each lamp has an equal part of it, so that their total power does not
+/// depend on their number.
 const AREA: f32 = 0.36;
-/// The radiance of the dim lamps, equal in red, green and blue.
+/// The radiance of each dim lamp, in W/(m²·sr), equal in red, green and blue.
 const RADIANCE: f32 = 6.0;
-/// The edge length of the bright lamp in metres. It is short, so that shadows have sharp edges.
+/// The edge length of the bright lamp, a square, in metres. It is short, so that the shadows of this lamp have sharp edges.
 const BRIGHT_SIDE: f32 = 0.1;
 
 pub(super) fn make(values: &Values) -> Scene {
@@ -92,8 +95,8 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.scene()
 }
 
-/// Adds the outer walls and the wall in the middle. If `whole` is true, the wall in the middle reaches the front wall and
-/// separates the halves; otherwise it ends at z = `END`.
+/// Adds the floor, the ceiling, the outer walls, and the partition that divides the room. If `whole` is true, the partition
+/// reaches the front wall and separates the halves; otherwise it ends at z = `END`.
 fn shell(model: &mut Model, whole: bool) {
     let low = Vec3::new(-HALF, 0.0, -HALF);
     let (x, y, z) = (Vec3::X * 2.0 * HALF, Vec3::Y * HIGH, Vec3::Z * 2.0 * HALF);
@@ -128,8 +131,8 @@ fn furnish(model: &mut Model) {
     );
 }
 
-/// Adds `count` dim lamps in a grid, each a separate instance, and the bright lamp. `contrast` is the power of the bright
-/// lamp over that of all dim lamps together.
+/// Adds `count` dim lamps in a grid under the ceiling of the camera's half, each as an instance of its own, and the bright
+/// lamp in the other half. `contrast` is the power of the bright lamp divided by the power of all dim lamps together.
 fn lamps(room: &mut Builder, count: u32, contrast: f32) {
     let square = |side: f32| {
         let corner = Vec3::new(-side / 2.0, 0.0, -side / 2.0);

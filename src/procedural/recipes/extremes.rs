@@ -1,6 +1,7 @@
-//! The scene `extremes`: the corner of a room, in which each parameter takes one quantity to its limit, to test the
-//! renderer's range and precision. The corner is two metres wide, with the floor at height 0. The large lamps are above the
-//! camera's view, and a small lamp is close to the floor.
+//! The scene `extremes`: the corner of a room, a floor and a wall with a metal ball. Each parameter can take one quantity to
+//! its limit, such as the size of the scene or the radiance of its lamps, to test the range and the precision of the
+//! renderer's numbers. The corner is two metres wide, and the floor is at height 0. The large lamps are above the camera's
+//! view, and a small lamp is close to the floor.
 
 use crate::procedural::modelling::{Builder, Shape, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
@@ -53,12 +54,13 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The height of the small lamp, in metres, below which the scene has no large lamps and the camera looks at the floor under
-/// the small lamp.
+/// A limit for the height of the small lamp above the floor (the parameter `height`), in metres. If the small lamp is lower,
+/// the scene has no large lamps, and the camera looks at the floor under the small lamp.
 const LOW: f32 = 0.05;
-/// The edge length in metres of the large lamp, or of the square in which several lamps are arranged.
+/// The edge length of the large lamp, a square, in metres. If there are several large lamps, it is the edge length of the
+/// square in which they are arranged.
 const SIDE: f32 = 0.4;
-/// The height of the large lamps, in metres.
+/// The height of the large lamps above the floor, in metres.
 const HIGH: f32 = 1.2;
 
 pub(super) fn make(values: &Values) -> Scene {

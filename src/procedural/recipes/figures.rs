@@ -1,5 +1,5 @@
-//! The scene `figures`: spheres, cones and chessmen on a plane, under coloured spheres that emit light. Lengths are in
-//! metres.
+//! The scene `figures`: spheres, cones and chessmen (the figures) on a wide plane, between and under coloured spheres that
+//! emit light. Lengths are in metres, and the plane is at height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -30,17 +30,20 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The area of ground for each figure, in square metres; it decides the size of the disc in which figures are scattered.
+/// The area of ground for each figure, in square metres. The disc in which the figures are scattered has this area times
+/// their number; a larger value spreads them more.
 const ROOM: f32 = 3.4;
 
-/// The functions that make the shapes of figures. The first one makes the king, which is placed in the middle; for the
-/// others, one is picked at random.
+/// The functions that make the shapes of figures. The first one makes the king, which stands in the middle of the scene. For
+/// each other figure, one function of the list is picked at random; `pawn`, `ball` and `cone` occur twice, so they are twice
+/// as frequent.
 const KINDS: &[fn() -> Shape] = &[
     king, queen, bishop, rook, pawn, ball, cone, pawn, ball, cone,
 ];
 
-/// A chessman, turned on a lathe: a foot, a waist with a collar at its upper end, and above them the profiles `more` of
-/// points (radius, height). `waist` is the radius of the waist, and `top` is the height of the collar, in metres.
+/// Makes a chessman by turning a profile around the y axis. All chessmen have a foot, and a waist with a collar at its upper
+/// end; `more` has the parts of the profile above the collar, each a curve of points (radius, height). `waist` is the radius
+/// of the waist, and `top` is the height of the collar. All lengths are in metres.
 fn lower(waist: f32, top: f32, more: &[&[(f32, f32)]]) -> Shape {
     let rising = [
         (0.28, 0.21),
@@ -134,7 +137,7 @@ fn cone() -> Shape {
     lathe(&[&[(0.0, 0.0), (0.4, 0.0)], &side], 64)
 }
 
-/// The materials of figures, from which each figure gets one at random.
+/// The materials of figures. The king is gold (index 2); each other figure gets one of the materials at random.
 fn materials() -> Vec<Material> {
     vec![
         dielectric("white marble", Vec3::new(0.75, 0.73, 0.68), 0.25),
@@ -146,21 +149,25 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// The point on the ground below the camera, in units of the radius of the disc in which figures are scattered. For this
-/// unit, the radius is clamped to 5.1 to 10.9 m.
+/// The point on the ground below the camera. Its coordinates are multiples of the radius of the disc in which the figures
+/// are scattered. For this purpose, the radius is clamped to [5.1, 10.9] metres, so that the camera is among the outer
+/// figures, but not too close to the king.
 const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
-/// The minimum distance of figures from the camera, in metres.
+/// The minimum distance of figures from [`EYE`], the point on the ground below the camera, in metres, so that no figure
+/// blocks the view.
 const CLEAR_OF_EYE: f32 = 5.0;
 
-/// The space that a figure occupies, in metres: a disc on the ground, and the height up to which the figure may reach. Other
-/// figures and lights are placed outside it.
+/// An occupied space, in metres: a disc on the ground with its centre and its radius, and the height up to which the space
+/// is occupied. Figures and lights that are placed later stay outside. There is one for each figure and one around the
+/// camera.
 struct Taken {
     middle: Vec3,
     radius: f32,
     height: f32,
 }
 
-/// Adds a chessboard of squares of 1 m, which reaches `half` metres from the origin, and a wide plane around it.
+/// Adds the ground: a chessboard of squares of 1 m, which reaches `half` metres from the origin in the directions ±x and ±z,
+/// and around it a plane that is 200 m wider on each side.
 fn ground(scene: &mut Builder, half: u32) {
     let stones = [
         dielectric("light square", Vec3::new(0.5, 0.47, 0.42), 0.3),
@@ -191,7 +198,7 @@ fn ground(scene: &mut Builder, half: u32) {
     scene.add_model("ground", Model(parts));
 }
 
-/// A random point on the ground, uniform in the disc of this radius around the origin.
+/// A random point on the ground, uniformly distributed in the disc of `radius` metres around the origin.
 fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
     let (turn, out) = (
         random.between(0.0, std::f32::consts::TAU),
@@ -200,8 +207,10 @@ fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
     Vec3::new(out * turn.cos(), 0.0, out * turn.sin())
 }
 
-/// Places `count` figures at random positions in a disc around the origin, without overlaps and away from `eye`. The disc's
-/// `radius` grows until all have space. Returns the occupied spaces; the first is the space around `eye`.
+/// Places the king at the origin, and the other of the `count` figures at random positions in a disc around it. Figures do
+/// not overlap, and stay away from `eye`, the point on the ground below the camera. `radius` is the radius of the disc in
+/// metres; this function increases it until all figures have space. Returns the occupied spaces: first the one around `eye`,
+/// then one per figure.
 fn scatter(
     scene: &mut Builder,
     random: &mut Random,
@@ -267,7 +276,8 @@ fn scatter(
     taken
 }
 
-/// Adds `count` coloured spheres that emit light, between and above the figures. None is inside a figure, or hides the king.
+/// Adds `count` coloured spheres that emit light, between and above the figures, within about `radius` metres of the origin.
+/// No sphere is inside a space in `taken`, or between the camera, which is above `eye`, and the king.
 fn lights(
     scene: &mut Builder,
     random: &mut Random,

@@ -1,5 +1,6 @@
-//! The scene `furnace`: a room that emits uniform light and reflects nothing, around one convex body. If the body reflects
-//! all light, it cannot be seen, which tests that the BSDF conserves energy.
+//! The scene `furnace`, a white furnace test: a room whose walls emit uniform light and reflect nothing, around one convex
+//! body. If the body reflects all light, it has the radiance of the walls and cannot be seen. This tests that the BSDF
+//! neither loses nor adds energy.
 
 use crate::procedural::modelling::{Builder, Shape};
 use crate::procedural::parameters::{Parameter, Range, Values};

@@ -1,4 +1,5 @@
-//! The scene `garage`: a garage with a small car, a workbench and shelves, under a few plain lamps. Lengths are in metres.
+//! The scene `garage`: a garage with a small car, a workbench, shelves and a bronze bust, under a few plain lamps. Lengths
+//! are in metres, and the floor is at height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -31,23 +32,24 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width of the garage, in metres.
+/// Half the width of the garage, in metres: the side walls are at x = ±`SIDE`.
 const SIDE: f32 = 3.6;
-/// The height of the garage, in metres.
+/// The height of the ceiling above the floor, in metres.
 const HIGH: f32 = 3.2;
-/// The z coordinate of the back wall, in metres.
+/// The z coordinate of the back wall, which has the rolling door, in metres.
 const BACK: f32 = -4.6;
-/// The z coordinate of the front wall, in metres.
+/// The z coordinate of the front wall, which is behind the camera, in metres.
 const FRONT: f32 = 4.4;
-/// The height in metres of the ground under the slabs. The walls reach down to it, so that joints leak no light.
+/// The height of the ground under the slabs of the floor, in metres. The walls reach down to it, so that no light leaks
+/// through the joints between the slabs.
 const DEEP: f32 = -0.02;
-/// The lowest and the highest x coordinate of the rolling door, in metres.
+/// The lowest and the highest x coordinate of the rolling door in the back wall, in metres.
 const DOOR: (f32, f32) = (-3.15, -0.35);
-/// The height of the rolling door, in metres.
+/// The height of the rolling door above the floor, in metres.
 const DOOR_HIGH: f32 = 2.4;
 
-/// Adds a wall of blocks with visible mortar in the joints. Before `transform`, its foot is along X from 0 to `long`, in
-/// metres, and it faces +Z.
+/// Adds a wall of painted blocks, as high as the garage, with visible mortar in the joints. The wall is built with its foot
+/// on the x axis, from 0 to `long` metres, and its visible side towards +Z; `transform` then moves it to its place.
 fn blocks(model: &mut Model, random: &mut Random, long: f32, transform: impl Fn(Vec3) -> Vec3) {
     let mortar = Material::lambert("mortar", Vec3::splat(0.28));
     let wall = Shape::quad(Vec3::Y * DEEP, Vec3::X * long, Vec3::Y * (HIGH - DEEP));
@@ -132,7 +134,7 @@ fn room(model: &mut Model, random: &mut Random) {
     }
 }
 
-/// Adds the rolling door in the back wall, behind the car.
+/// Adds the closed rolling door and its frame. They are in the back wall, behind the car.
 fn door(model: &mut Model) {
     let mut slats = Profile::new(0.0, 0.0);
     for _ in 0..20 {
@@ -156,7 +158,8 @@ fn door(model: &mut Model) {
     );
 }
 
-/// Adds three long lamps under the beams, a window in the left wall, and a lamp over the bench.
+/// Adds all lights of the garage: three long lamps under the ceiling's beams, a bright window in the left wall, and a lamp
+/// over the workbench.
 fn lamps(model: &mut Model) {
     let white = dielectric("lamp housing", Vec3::splat(0.6), 0.4);
     let glow = emitter("long lamp", vec3(52.0, 48.0, 41.0));

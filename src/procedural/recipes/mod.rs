@@ -1,4 +1,5 @@
-//! The recipes (parameters and generating functions) of the procedural scenes, one file for each family of scenes.
+//! The recipes of the procedural scenes: their parameters, and the functions that generate them. There is one file for each
+//! family of scenes.
 
 mod atrium;
 mod city_grid;
@@ -19,7 +20,7 @@ mod two_rooms;
 
 use super::Procedural;
 
-/// The declarations of all procedural scenes, in the order in which they are listed.
+/// All procedural scenes, in the order in which `headwater scene list` prints them.
 pub const SCENES: &[Procedural] = &[
     Procedural {
         name: "atrium",

@@ -1,6 +1,6 @@
-//! The scene `motion`: a playroom in the evening with every kind of motion and of interpolation between keyframes. The
-//! camera, toys and lamps move, and the light that some lamps emit changes. Lengths are in metres, and the floor is at
-//! height 0.
+//! The scene `motion`: a playroom in the evening, which tests every kind of motion and of interpolation between keyframes.
+//! The camera, toys and lamps move, and the light that a sign and a fire emit changes. Lengths are in metres, and the floor
+//! is at height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::stage::{Stage, at, repeated, swing};
@@ -62,7 +62,8 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.scene()
 }
 
-/// Adds everything in the playroom that does not move.
+/// Adds everything in the playroom that does not move: the room and its furniture. `random` decides the sizes and colours of
+/// the books.
 fn furnish(room: &mut Builder, random: &mut Random) {
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
     let (low, high) = (Vec3::new(-2.0, 0.0, -1.8), Vec3::new(2.0, 2.6, 3.8));
@@ -152,7 +153,8 @@ impl Stage {
         self.hang("carousel", body, hub);
     }
 
-    /// Adds a ball that bounces, and is squashed when it hits the floor. `speed` multiplies the speed of the motion.
+    /// Adds a ball that bounces on the floor, which squashes it at each impact. `speed` multiplies the speed of the motion;
+    /// with 0 the ball lies still.
     fn ball(&mut self, speed: f64) {
         const RADIUS: f64 = 0.18;
         const HEIGHT: f64 = 0.7;
@@ -177,7 +179,8 @@ impl Stage {
         self.hang("ball", mesh, node);
     }
 
-    /// Adds a lamp that swings on a cord from the ceiling. `speed` multiplies the speed of the motion.
+    /// Adds a lamp that hangs on a cord from the ceiling and swings. `speed` multiplies the speed of the motion; with 0 the
+    /// lamp hangs still.
     fn pendulum(&mut self, speed: f64) {
         let mut hook = at(-0.55, 2.6, 0.7);
         hook.rotation.track = swing(speed, 3.0, DVec3::new(0.3, 0.0, 1.0).normalize(), 0.35);
@@ -195,7 +198,8 @@ impl Stage {
         self.hang("bulb", bulb, hook);
     }
 
-    /// Adds a paper lantern that grows and shrinks. `speed` multiplies the speed of the motion.
+    /// Adds a glowing paper lantern that grows and shrinks. `speed` multiplies the speed of the motion; with 0 the lantern
+    /// stays small.
     fn lantern(&mut self, speed: f64) {
         let mut lantern = at(1.2, 1.95, -1.1);
         lantern.scale = Animated::still(DVec3::splat(0.17));
@@ -210,7 +214,8 @@ impl Stage {
         self.hang("lantern", mesh, node);
     }
 
-    /// Adds an arrow on the back wall whose light switches on and off. `speed` multiplies the speed of the change.
+    /// Adds a glowing sign on the back wall, three arrowheads in a row, whose light switches on and off. `speed` multiplies
+    /// the frequency of the switching; with 0 the light stays on.
     fn sign(&mut self, speed: f64) {
         let color = Vec3::new(0.3, 0.75, 1.0);
         let mut arrow = Shape::default();
@@ -229,7 +234,8 @@ impl Stage {
         self.room.place("sign", mesh, DAffine3::IDENTITY);
     }
 
-    /// Adds the stove's window, whose fire flickers. `speed` multiplies the speed of the change.
+    /// Adds the glowing window of the stove, behind which a fire flickers: its radiance changes over time. `speed`
+    /// multiplies the speed of the change; with 0 the radiance is constant.
     fn fire(&mut self, speed: f64) {
         let color = Vec3::new(1.0, 0.4, 0.12);
         let bright = color.as_dvec3();
@@ -259,7 +265,7 @@ impl Stage {
     }
 }
 
-/// A flat disc of `sides` triangles that faces down, by its centre and its radius in metres.
+/// A flat disc that faces down, made of `sides` triangles around its centre `middle`. `radius` is in metres.
 fn disc(middle: Vec3, radius: f32, sides: u32) -> Shape {
     let rim = |i: u32| {
         let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;

@@ -1,5 +1,5 @@
-//! The scene `night-city`: a wet street at night between lit windows, lamps and neon signs, in metres. The road leads along
-//! −Z.
+//! The scene `night-city`: a wet street at night, between buildings with lit windows and neon signs, under street lamps.
+//! Lengths are in metres; the road is at height 0 and leads along −Z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -30,15 +30,16 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width of the road, in metres.
+/// Half the width of the road, in metres: the kerbs are at x = ±`KERB`.
 const KERB: f32 = 4.5;
-/// The distance from the middle of the road to the buildings, in metres.
+/// The distance from the middle of the road to the fronts of the buildings, in metres.
 const FRONT: f32 = 7.5;
-/// The z coordinate where the street begins, behind the camera, in metres.
+/// The z coordinate at which the street begins, in metres. It is behind the camera.
 const START: f32 = 14.0;
 
-/// A rectangle in front of the buildings of one side (`side` is −1 for the left and 1 for the right), which faces the
-/// street. `out` is its distance from the front, and `z` and `y` are its lowest coordinates, in metres.
+/// A rectangle that is parallel to the fronts of the buildings and faces the street. `side` is −1 for the buildings on the
+/// left and 1 for those on the right. `out` is the distance of the rectangle from the fronts, `z` and `y` are its lowest
+/// coordinates, and `width` is its size along z, all in metres.
 fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Shape {
     let corner = Vec3::new(side * (FRONT - out), y, z);
     let (along, up) = (Vec3::Z * width, Vec3::Y * height);
@@ -49,8 +50,9 @@ fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Sha
     }
 }
 
-/// Adds one building with its windows at the left (`side` = −1) or right (`side` = 1) of the street, from the coordinate `z`
-/// on towards −Z. Returns its width along the street in metres.
+/// Adds one building with its windows, its shop and sometimes a neon sign. `side` is −1 for the left side of the street and
+/// 1 for the right. The building begins at the coordinate `z` and continues towards −Z. Returns its width along the street
+/// in metres, which tells the caller where the next building can begin.
 fn building(model: &mut Model, random: &mut Random, side: f32, z: f32) -> f32 {
     let width = random.between(7.0, 12.0);
     let floors = random.between(4.0, 13.0) as u32;
@@ -104,7 +106,8 @@ fn building(model: &mut Model, random: &mut Random, side: f32, z: f32) -> f32 {
     width
 }
 
-/// Adds the bright shop windows of a building that reaches from `z` to `z` − `width`, under an awning.
+/// Adds the bright shop windows on the ground floor of a building, under an awning. The building reaches from the coordinate
+/// `z` to `z` − `width`, in metres; `side` is −1 for the left side of the street and 1 for the right.
 fn shop(model: &mut Model, random: &mut Random, side: f32, z: f32, width: f32) {
     let light = random.pick(&[
         Vec3::new(1.5, 1.0, 0.5),
@@ -133,7 +136,8 @@ fn shop(model: &mut Model, random: &mut Random, side: f32, z: f32, width: f32) {
     );
 }
 
-/// Adds a sign perpendicular to the front of a building of this height: a dark board with rows of glowing bars.
+/// Adds a neon sign at the coordinate `z`, perpendicular to the front of a building: a dark board with rows of glowing bars
+/// on both faces. `height` is the height of the building in metres, which limits the height of the sign.
 fn neon(model: &mut Model, random: &mut Random, side: f32, z: f32, height: f32) {
     let color = random.pick(&[
         [9.0, 0.7, 2.2],
@@ -162,7 +166,7 @@ fn neon(model: &mut Model, random: &mut Random, side: f32, z: f32, height: f32) 
     }
 }
 
-/// Adds the wet road, its markings and the pavements, up to the z coordinate `end`.
+/// Adds the wet road, its markings and the pavements, from `START` to the z coordinate `end`, and a dark plane around them.
 fn ground(model: &mut Model, end: f32) {
     let length = START - end;
     let strip = |x: f32, width: f32, y: f32| {
@@ -204,7 +208,8 @@ fn ground(model: &mut Model, end: f32) {
     );
 }
 
-/// Adds the street lamps up to the z coordinate `end`: many instances of one pole and one bulb.
+/// Adds the street lamps, alternately on the left and on the right, up to the z coordinate `end`. All are instances of two
+/// meshes, a pole and a bulb.
 fn street_lamps(scene: &mut Builder, end: f32) {
     let iron = metal("lamp post", Vec3::splat(0.12), 0.4);
     let mut post = Shape::cylinder(Vec3::ZERO, 0.09, 5.2, 10);
@@ -241,7 +246,8 @@ fn street_lamps(scene: &mut Builder, end: f32) {
     }
 }
 
-/// Adds parked cars up to the z coordinate `end`, and one car that comes along the road.
+/// Adds cars parked at the right kerb, up to the z coordinate `end`, and two cars on the road: one comes towards the camera,
+/// and one drives away from it.
 fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
     let mut meshes = Vec::new();
     let mut cabin = Shape::default();

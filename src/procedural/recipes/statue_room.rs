@@ -1,4 +1,5 @@
-//! The scene `statue-room`: a marble bust in a niche, under one lamp. Lengths are in metres, and the niche is at the −Z end.
+//! The scene `statue-room`: a marble bust in a niche, under one lamp. Lengths are in metres, the floor is at height 0, and
+//! the niche is in the wall at the −Z end of the room.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Profile, Shape, dielectric, emitter, metal};
@@ -28,19 +29,19 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width of the room, in metres.
+/// Half the width of the room, in metres: the side walls are at x = ±`SIDE`.
 const SIDE: f32 = 2.7;
-/// The height of the room, in metres.
+/// The height of the ceiling above the floor, in metres.
 const HIGH: f32 = 3.6;
-/// The z coordinate of the back wall, which has the niche, in metres.
+/// The z coordinate of the back wall, in metres. The niche is in this wall.
 const BACK: f32 = -2.4;
-/// The z coordinate of the front wall, in metres.
+/// The z coordinate of the front wall, which is behind the camera, in metres.
 const FRONT: f32 = 4.2;
-/// The centre of the lamp, in metres.
+/// The centre of the only lamp, in metres.
 const LAMP: Vec3 = vec3(-1.15, 3.3, 0.1);
 /// The size of the bust, as a multiple of life size.
 const LARGER: f32 = 1.3;
-/// The width of the moulding around the niche, in metres.
+/// The width of the stone moulding around the niche, in metres.
 const TRIM: f32 = 0.15;
 
 const NICHE: Arch = Arch {
@@ -96,8 +97,8 @@ fn walls(model: &mut Model) {
     model.add(&stone, cornice.framed(room).map(|p| p + middle));
 }
 
-/// Adds a floor of square tiles in two colours. The first row is at the front wall, and the last row continues under the
-/// niche.
+/// Adds a floor of square tiles in two alternating colours. The first row of tiles is at the front wall; the last two rows
+/// are behind the back wall, where they are the floor of the niche.
 fn floor(model: &mut Model) {
     let colors = [
         dielectric("dark tiles", vec3(0.05, 0.055, 0.06), 0.22),
@@ -119,7 +120,8 @@ fn floor(model: &mut Model) {
     }
 }
 
-/// Adds the ceiling, and under it a square lamp with edges of `side` metres, whose frame keeps light off the ceiling.
+/// Adds the ceiling, and under it a square lamp with edges of `side` metres; its power is the same for every `side`. The
+/// lamp has a frame, which keeps its light off the ceiling.
 fn ceiling(model: &mut Model, side: f32) {
     let corner = vec3(-SIDE, HIGH, BACK);
     model.add(
@@ -141,7 +143,8 @@ fn ceiling(model: &mut Model, side: f32) {
     );
 }
 
-/// Adds the skirting and the rail on the side walls, and on the back wall on both sides of the niche.
+/// Adds the skirting boards at the foot of the walls and the wooden rails above them. They run along the side walls and, on
+/// both sides of the niche, along the back wall.
 fn rails(model: &mut Model) {
     let wood = dielectric("dark wood", vec3(0.1, 0.055, 0.03), 0.35);
     let skirting = Profile::new(0.03, 0.0)
@@ -168,7 +171,7 @@ fn rails(model: &mut Model) {
     }
 }
 
-/// A square pedestal for the bust, 1.05 m high.
+/// A square pedestal for the bust, 1.05 m high, with its foot at the origin.
 fn pedestal() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.27, 0.0)
@@ -183,7 +186,7 @@ fn pedestal() -> Shape {
         .framed(Vec2::ZERO)
 }
 
-/// A rope between two points, whose middle hangs `sag` metres below their line.
+/// A rope from the point `from` to the point `to`. Its middle hangs `sag` metres below the straight line between them.
 fn rope(from: Vec3, to: Vec3, sag: f32) -> Shape {
     const LINKS: u32 = 24;
     const SIDES: u32 = 10;
@@ -209,7 +212,7 @@ fn rope(from: Vec3, to: Vec3, sag: f32) -> Shape {
     Shape::smooth(positions, normals)
 }
 
-/// A brass post that carries a rope, 0.95 m high.
+/// A brass post, 0.95 m high, with its foot at the origin. Two such posts carry the rope in front of the niche.
 fn post() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.16, 0.0)

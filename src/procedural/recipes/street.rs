@@ -1,4 +1,5 @@
-//! The scene `street`: an old street on a festival night. Lengths are in metres; the street leads along −Z and bends.
+//! The scene `street`: an old street on a festival night, with houses, market stalls and paper lanterns. Lengths are in
+//! metres, the ground is at height 0, and the street leads along −Z and bends.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric};
@@ -23,22 +24,23 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The distance from the middle of the street to the houses, in metres.
+/// The distance from the middle of the street to the fronts of the houses, in metres.
 const FRONT: f32 = 4.3;
-/// The z coordinate where the street begins, behind the camera, in metres.
+/// The z coordinate at which the street begins, in metres. It is behind the camera.
 const START: f32 = 9.0;
-/// The minimum length of the street, in metres.
+/// The minimum length of the street, in metres. The street is longer if the parameter `lights` asks for more emissive
+/// triangles than this length has.
 const SHORTEST: f32 = 60.0;
 
-/// Maps a point of a straight street along −Z to the street that bends. Everything is built in the straight street and then
-/// mapped.
+/// Maps a point of a straight street along −Z to the bent street: it shifts the point along x by an amount that depends on
+/// its z coordinate. The whole scene is first built along the straight street and then mapped.
 fn bend(p: Vec3) -> Vec3 {
     let along = (-p.z).max(0.0);
     p + Vec3::X * 5.0 * (1.0 - (along / 24.0).cos())
 }
 
-/// Adds the ground up to the z coordinate `end`, with cobbles down to z = −90 at most. Each cobble is a worn block that
-/// leans slightly, so that a wet street glitters.
+/// Adds the ground up to the z coordinate `end`, and cobbles on it. The cobbles end at z = −90, or at `end` if the street is
+/// shorter. Each cobble is a worn block that leans slightly, so that the wet street glitters.
 fn ground(street: &mut Festival, random: &mut Random, end: f32) {
     let bed = dielectric("between cobbles", Vec3::splat(0.03), 0.6);
     let wide = FRONT + 12.0;
@@ -85,7 +87,7 @@ fn ground(street: &mut Festival, random: &mut Random, end: f32) {
     }
 }
 
-/// Adds a church tower behind the houses, with a lit clock.
+/// Adds a church tower behind the houses on the left. Its clock, its belfry and strips on its ledges emit light.
 fn tower(street: &mut Festival) {
     let stone = dielectric("tower stone", Vec3::new(0.34, 0.31, 0.27), 0.8);
     let copper = dielectric("copper roof", Vec3::new(0.1, 0.22, 0.17), 0.5);

@@ -1,5 +1,6 @@
-//! The scene `two-rooms`: two furnished rooms with a door in the thin wall between them. All light in the front room comes
-//! through the door. Lengths are in metres; the wall is at z = 0, and the front room at +z.
+//! The scene `two-rooms`: two furnished rooms with a door in the thin wall between them. The camera is in the front room and
+//! the only lamp in the back room, so all light in the front room comes through the door. Lengths are in metres; the floor
+//! is at height 0, the wall is at z = 0, and the front room at +z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, lathe, metal};
@@ -23,24 +24,26 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width of the rooms, in metres.
+/// Half the width of both rooms, in metres: the side walls are at x = ±`HALF`.
 const HALF: f32 = 2.5;
-/// The height of the rooms, in metres.
+/// The height of the ceiling of both rooms above the floor, in metres.
 const HIGH: f32 = 2.6;
-/// The z coordinate of the front room's far end, in metres.
+/// The z coordinate of the front room's wall that is opposite the door, in metres.
 const FRONT: f32 = 5.0;
-/// The z coordinate of the back room's far end, in metres.
+/// The z coordinate of the back room's wall that is opposite the door, in metres.
 const BACK: f32 = -4.2;
-/// The thickness of the wall between the rooms, which reaches from z = 0 to −WALL, in metres.
+/// The thickness of the wall between the rooms, in metres. The wall reaches from z = 0 to z = −`WALL`.
 const WALL: f32 = 0.04;
-/// The lowest and the highest x coordinate of the hole for the door, in metres.
+/// The lowest and the highest x coordinate of the hole in the wall for the door and its frame, in metres.
 const HOLE: (f32, f32) = (0.3, 1.26);
-/// The height of the hole for the door, in metres.
+/// The height of the upper edge of the hole in the wall for the door and its frame, in metres.
 const HOLE_TOP: f32 = 2.08;
-/// The thickness of the door's frame, in metres.
+/// The thickness of the door's frame, in metres. The frame narrows the hole in the wall by this length on the left, on the
+/// right and at the top.
 const FRAME: f32 = 0.03;
 
-/// Adds the floor, the ceiling and the outer walls of both rooms: solid boxes that overlap, so that there are no gaps.
+/// Adds the ground under the planks, the ceiling and the outer walls of both rooms: solid boxes that overlap, so that there
+/// are no gaps. `front` and `back` are the materials of the walls in the two rooms.
 fn shell(model: &mut Model, front: &Material, back: &Material) {
     let plaster = Material::lambert("ceiling", Vec3::splat(0.75));
     let concrete = Material::lambert("under the floor", Vec3::splat(0.2));
@@ -67,7 +70,8 @@ fn shell(model: &mut Model, front: &Material, back: &Material) {
     solid(back, [-2.6, -0.1, low + 0.05], [2.6, 2.7, BACK]);
 }
 
-/// Adds the thin wall between the rooms. Its faces share their corners, so that there are no gaps.
+/// Adds the thin wall between the rooms, with the hole for the door. `front` and `back` are the materials of its sides in
+/// the two rooms. Its faces share their corners, so that there are no gaps.
 fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     let xs = [-HALF - 0.1, HOLE.0, HOLE.1, HALF + 0.1];
     let ys = [-0.1, HOLE_TOP, HIGH + 0.1];
@@ -85,7 +89,8 @@ fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     model.add(front, Shape::quad(corner(HOLE.0, HOLE_TOP), across, deep));
 }
 
-/// Adds the frame around the door. A narrow edge stops the shut door on all four sides, so that no light leaks through.
+/// Adds the frame around the door. A narrow edge of the frame stops the door when it shuts; it touches the door on all four
+/// sides, so that no light leaks through.
 fn door_frame(model: &mut Model, paint: &Material) {
     let mut bar = |x: [f32; 2], y: [f32; 2], z: [f32; 2]| {
         let (low, high) = (Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
@@ -122,8 +127,8 @@ fn door_frame(model: &mut Model, paint: &Material) {
     );
 }
 
-/// Adds the door, opened by `degrees` (0: shut). It swings into the back room; its hinge is on the right side as seen from
-/// the front room.
+/// Adds the door, opened by `degrees` (0: shut). It swings into the back room. Its hinge is on the right side of the door,
+/// as seen from the front room.
 fn door(scene: &mut Builder, paint: &Material, degrees: f64) {
     let gap = 0.003;
     let width = HOLE.1 - HOLE.0 - 2.0 * (FRAME + gap);
@@ -174,7 +179,7 @@ fn door(scene: &mut Builder, paint: &Material, degrees: f64) {
     door.put(scene, "door", hinge, -degrees);
 }
 
-/// Adds planks along z, with narrow grooves between them.
+/// Adds the floor of both rooms: planks of random length along z, with narrow grooves between them.
 fn floor(model: &mut Model, random: &mut Random) {
     let woods = [[0.34, 0.21, 0.12], [0.29, 0.17, 0.095], [0.38, 0.24, 0.145]]
         .map(|color| dielectric("plank", Vec3::from(color), 0.32));
@@ -198,7 +203,7 @@ fn floor(model: &mut Model, random: &mut Random) {
     }
 }
 
-/// Adds boards along the foot of the walls of both rooms.
+/// Adds skirting boards along the foot of the walls of both rooms. They leave out the door.
 fn skirting(model: &mut Model, paint: &Material) {
     let mut board = |low: [f32; 3], high: [f32; 3]| {
         model.add(paint, Shape::block(Vec3::from(low), Vec3::from(high)));
@@ -224,7 +229,7 @@ fn skirting(model: &mut Model, paint: &Material) {
     }
 }
 
-/// Adds the furniture of the front room, which is lit through the door.
+/// Adds the furniture of the front room. It emits no light, and is lit only through the door.
 fn furnish_front(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     let cloth = Material::lambert("armchair", Vec3::new(0.12, 0.3, 0.26));
     furniture::armchair(&cloth, walnut).put(scene, "armchair", Vec3::new(1.72, 0.0, 1.75), -62.0);
@@ -272,7 +277,7 @@ fn furnish_front(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     rug.put(scene, "rug", Vec3::new(0.35, 0.0005, 2.0), 0.0);
 }
 
-/// Adds the furniture of the back room, and all lights.
+/// Adds the furniture of the back room, and the only lamp of the scene, which hangs over the table.
 fn furnish_back(scene: &mut Builder, random: &mut Random, walnut: &Material) {
     let oak = dielectric("oak", Vec3::new(0.45, 0.3, 0.16), 0.4);
     let table = Vec3::new(-0.42, 0.0, -2.2);
@@ -350,8 +355,9 @@ mod tests {
     use super::*;
     use crate::procedural::generate;
 
-    /// Counts the unblocked lines among 4,000 straight lines from the front room, for an opening `angle` in degrees. Half of
-    /// them end in the back room, and half pass near an edge of the door.
+    /// Counts how many of 4,000 random straight lines from the front room are not blocked by the wall, the frame or the
+    /// door. `angle` is the opening angle of the door in degrees, as text. Half of the lines end in the back room, and the
+    /// other half pass near an edge of the door. A shut door must block all lines.
     fn open_lines(angle: &str) -> usize {
         let settings = [("angle".to_owned(), angle.to_owned())];
         let scene = generate("two-rooms", &settings).unwrap();

@@ -1,29 +1,33 @@
-//! Comparison of the statistics of pipelines (registers, memory, code size, occupancy) with stored ones.
+//! Comparison of what the driver's compiler reports about pipelines (registers, memory, code size, occupancy) with stored
+//! reports, to notice changes that make a shader slower.
 
 use super::Pipeline;
 
-/// The largest differences by which a value of a pipeline may be worse than the stored value.
+/// The tolerance of the comparison: how much worse than the stored value a value of a pipeline may be. There is a field for
+/// each kind of value that has a tolerance.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
-    /// Allowed increase of the number of vector registers of an invocation. [`SLACK`] has 8, the step in which RDNA2 gives
-    /// registers to subgroups of 64 invocations (in RDNA3 the step is 12).
+    /// Allowed increase of the number of vector registers per invocation. [`SLACK`] allows 8, because RDNA2 assigns
+    /// registers to subgroups of 64 invocations in steps of 8 (RDNA3 in steps of 12).
     pub vgprs: u64,
-    /// Allowed increase of the code size and of the number of instructions, as a fraction of the stored value.
+    /// Allowed increase of the code size and of the number of instructions, as a fraction of the stored value: 0.02 allows 2
+    /// % more.
     pub code: f64,
 }
 
-/// The differences that [`compare`] allows. Spilled registers, scratch memory, shared memory and occupancy may not be worse
-/// at all.
+/// The tolerance with which [`compare`] compares. Spilled registers, scratch memory, shared memory and occupancy have no
+/// tolerance: they may not be worse at all.
 pub const SLACK: Slack = Slack {
     vgprs: 8,
     code: 0.02,
 };
 
-/// A value of a pipeline that is compared with the stored one; a larger value is worse.
+/// A kind of value that is compared with the value of the stored pipeline. A larger value is worse; therefore the occupancy
+/// is negated.
 struct Value {
     name: &'static str,
     of: fn(&Pipeline) -> Option<f64>,
-    /// The largest value that is not worse, computed from the stored value.
+    /// Returns the largest value that does not count as worse. Its argument is the stored value.
     limit: fn(f64) -> f64,
 }
 
@@ -66,22 +70,25 @@ const VALUES: &[Value] = &[
     },
 ];
 
-/// The outcome of a comparison of pipelines with stored ones: the values that became worse, and the number of pipelines that
+/// The outcome of a comparison of pipelines with stored ones: the values that are worse, and the number of pipelines that
 /// were not compared.
 #[derive(Debug, Default)]
 pub struct Compared {
-    /// One line of text for each value that is worse than the stored one; empty if none is.
+    /// One line of text for each value that is worse than the stored one by more than the tolerance; empty if there is no
+    /// such value. A line names the device, the tracer, the pass and the value.
     pub worse: Vec<String>,
-    /// Number of pipelines that were not compared, because no stored pipeline has the same pass and tracer, and a scene and
-    /// settings in common.
+    /// Number of pipelines that were not compared, because no stored pipeline is their counterpart: one of the same pass and
+    /// tracer that was made for at least one of the same scenes and one of the same configurations.
     pub without: usize,
 }
 
-/// Compares each pipeline with the stored pipeline of the same pass and tracer that has the most uses in common with it. A
-/// use is a scene with settings. If several stored pipelines have equally many, each value is compared with the worst of
-/// their values. `stored` has pipelines of this device and driver only.
+/// Compares each pipeline in `now` with its counterpart in `stored`. The counterpart is the stored pipeline of the same pass
+/// and tracer that has the most uses in common with it. A use is a scene with a configuration (named settings) for which the
+/// pipeline was made. If several stored pipelines have equally many uses in common with it, each value is compared with the
+/// worst of their values. `stored` must have pipelines of the same device and driver only.
 ///
-/// Several stored pipelines can fit, because a change of a shader can split one pipeline of several scenes, or join several.
+/// Several stored pipelines can fit, because a change of a shader can split a pipeline that several scenes share, or join
+/// the pipelines of several scenes.
 pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
     let mut compared = Compared::default();
     for one in now {
@@ -121,7 +128,9 @@ pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
     compared
 }
 
-/// The maximum number of uses that two pipelines can have in common: the common scenes times the common settings.
+/// An upper limit for the number of uses (a scene with a configuration) that two pipelines have in common: the number of
+/// their common scenes times the number of their common configurations. The exact number is not known, because a pipeline
+/// lists scenes and configurations separately.
 fn common_uses(a: &Pipeline, b: &Pipeline) -> usize {
     let common = |a: &[String], b: &[String]| a.iter().filter(|name| b.contains(name)).count();
     common(&a.scenes, &b.scenes) * common(&a.settings, &b.settings)

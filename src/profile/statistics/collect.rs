@@ -1,4 +1,5 @@
-//! Compilation of the pipelines of scenes, on a device that only compiles.
+//! Compiles the pipelines with which scenes are rendered, and collects what the driver's compiler reports about them. The
+//! device only compiles; no shader runs.
 
 use super::settings::CONFIGURATIONS;
 use super::{Pipeline, WAVES, value};
@@ -14,33 +15,38 @@ use crate::shader_interface::compiler;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// GLSL of a shader that needs no registers, so that the device holds the maximum number of its subgroups. Occupancy is
-/// measured against it.
+/// GLSL of a shader that needs no registers, so that a SIMD unit holds as many of its subgroups as possible. The occupancy
+/// of other shaders is measured against this number of subgroups.
 const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}\n";
 
-/// A size in bytes that no scene exceeds. It replaces the device's memory, which a driver without its GPU lacks.
+/// A size in bytes that no scene exceeds. It stands for the size of the device's memory, because a driver that works without
+/// its GPU has no memory.
 const NO_LIMIT: u64 = 1 << 50;
 
-/// Width and height of the picture in pixels. The shaders do not depend on them.
+/// Width and height of the picture for which pipelines are made, in pixels. Any size does, because the shaders do not depend
+/// on it.
 const SIDE: u32 = 64;
 
-/// The maximum number of scattering events of a path, large enough that every pass is compiled.
+/// The maximum number of scattering events of a path in the frames for which pipelines are made. It is large enough that the
+/// passes of direct and of indirect light are compiled.
 const BOUNCES: u32 = 5;
 
-/// A device that only compiles, and the pipelines that it has made for scenes so far.
+/// A device that only compiles, and the pipelines that it has made so far, for all scenes.
 pub struct Compiler {
     device: Arc<Device>,
-    /// `waves` of the shader [`EMPTY`], divided by the number of invocations in its subgroup. Multiplied by the subgroup
-    /// size of a pass, it is the maximum of `waves` for the pass. `None` if the driver does not report `waves`.
+    /// The number of subgroups of the shader [`EMPTY`] that a SIMD unit holds (`waves`), divided by the number of
+    /// invocations in such a subgroup. This times the subgroup size of another pass is the largest possible `waves` of that
+    /// pass. `None` if the driver does not report `waves`.
     waves_per_invocation: Option<f64>,
-    /// The pipelines made so far, each with the hash of its SPIR-V, by which the same pipeline is found again.
+    /// The pipelines made so far, each with the hash of its SPIR-V. By this hash, a pipeline is recognised when another
+    /// scene or configuration uses it, too.
     made: Vec<(String, Pipeline)>,
-    /// Number of compiled pipelines in the device's records that [`Self::take`] has already read.
+    /// Number of entries in the device's list of compiled pipelines that [`Self::take`] has already read.
     seen: usize,
 }
 
 impl Compiler {
-    /// Opens a device that only compiles, with all features that shaders may need.
+    /// Opens a device that only compiles, with all features that shaders may use, as far as the device has them.
     ///
     /// # Errors
     /// The driver does not report statistics of its compiler, or the device cannot be opened.
@@ -78,7 +84,8 @@ impl Compiler {
         })
     }
 
-    /// The tracers for which the device compiles: `compute-bvh`, and `ray-query` if the device has it.
+    /// The tracers (methods that trace rays) for which the device can compile shaders: `compute-bvh`, and `ray-query` if the
+    /// device has ray queries.
     pub fn tracers(&self) -> Vec<Tracer> {
         let mut tracers = vec![Tracer::ComputeBvh];
         if self.device.info.ray_query {
@@ -87,9 +94,9 @@ impl Compiler {
         tracers
     }
 
-    /// Makes every pipeline with which a scene is rendered by one tracer, in the shader variant that [`selection::select`]
-    /// chooses for the device. `name` is the scene's name in the result. `watch` is called before each configuration, and
-    /// can end the work with an error.
+    /// Makes every pipeline that one tracer needs to render a scene, with each of the [`CONFIGURATIONS`]. The shaders are
+    /// compiled in the variant that [`selection::select`] chooses for the device and the scene. `name` is the name by which
+    /// the result lists the scene. `watch` is called before each configuration; if it returns an error, the work ends.
     ///
     /// # Errors
     /// The tracer or the device does not fit the scene, the driver rejects a shader, or the errors of `watch`.
@@ -127,8 +134,9 @@ impl Compiler {
         Ok(())
     }
 
-    /// Records two frames, the first without history and the second with it, and the passes of all outputs. Recording a pass
-    /// waits for its pipeline, so all pipelines are made afterwards.
+    /// Makes all pipelines of a scene for one view and one set of settings. To this end, it records two frames, the first
+    /// without history and the second with it, and the passes that read results, such as AOVs. Recording a pass waits until
+    /// its pipeline is compiled.
     fn compile(&self, scene: &Arc<GpuScene>, view: &View, settings: &Settings) -> Result<()> {
         let device = &self.device;
         let mut renderer = Renderer::new(device, scene.clone(), view, settings)?;
@@ -145,8 +153,9 @@ impl Compiler {
         Ok(())
     }
 
-    /// Adds the pipelines that were compiled since the last call. `scene`, `tracer` and `settings` are the names of what
-    /// they were compiled for.
+    /// Adds the pipelines that the device has compiled since the last call. `scene`, `tracer` and `settings` are the names
+    /// of the scene, the tracer and the configuration for which they were compiled; a pipeline that is known already only
+    /// gets these names.
     fn take(&mut self, scene: &str, tracer: &str, settings: &str) {
         let compiled = self.device.records.compiled();
         for Compiled {
@@ -188,7 +197,8 @@ impl Compiler {
         self.seen = compiled.len();
     }
 
-    /// The pipelines of all scenes, sorted by tracer and pass.
+    /// The pipelines of all scenes, sorted by tracer, then by pass, by the scenes and configurations that use them, and by
+    /// their number of instructions.
     pub fn finish(self) -> Vec<Pipeline> {
         let mut made: Vec<Pipeline> = self
             .made
@@ -201,8 +211,8 @@ impl Compiler {
     }
 }
 
-/// The sort key of pipelines: tracer, pass, uses, instructions. It gives the same order in every run, although passes are
-/// compiled in threads.
+/// The key by which pipelines are sorted: tracer, pass, uses (scenes and configurations), number of instructions. With it,
+/// the order is the same in every run, although the passes are compiled in parallel threads.
 fn key(one: &Pipeline) -> impl Ord {
     let uses = (one.scenes.clone(), one.settings.clone());
     (one.tracer.clone(), one.pass.clone(), uses, one.instructions)

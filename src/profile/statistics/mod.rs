@@ -1,5 +1,5 @@
-//! Registers, memory and occupancy of every pass, as the driver's compiler reports them. No shader runs, so the driver works
-//! without its GPU.
+//! Registers, memory and occupancy of the pipelines of every pass, as the driver's compiler reports them. The pipelines are
+//! only compiled. No shader runs, so a driver can report on a machine that lacks its GPU.
 
 mod check;
 mod collect;
@@ -17,46 +17,48 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The statistics of one pipeline: a pass with one SPIR-V, compiled by one driver for one device. An optional value is
-/// `None` if the driver does not report it.
+/// What the driver's compiler reports about one pipeline: a pass with certain SPIR-V, compiled by one driver for one device.
+/// Several scenes and configurations can share a pipeline. An optional value is `None` if the driver does not report it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pipeline {
     /// Name of the device for which the pass was compiled.
     pub device: String,
-    /// Name and version of the driver, as one text.
+    /// Name and version of the driver that compiled the pass, as one text.
     pub driver: String,
-    /// Name of the tracer that the pass was compiled for: `ray-query` or `compute-bvh`.
+    /// Name of the tracer (the method that traces rays) for which the pass was compiled: `ray-query` or `compute-bvh`.
     pub tracer: String,
-    /// Name of the pass.
+    /// Name of the pass, which several pipelines can have: one for each variant of its SPIR-V.
     pub pass: String,
-    /// Names of the scenes that need this pipeline.
+    /// Names of the scenes that are rendered with this pipeline.
     pub scenes: Vec<String>,
-    /// Names of the [configurations](CONFIGURATIONS) that need this pipeline.
+    /// Names of the [configurations](CONFIGURATIONS) (named settings) that use this pipeline.
     pub settings: Vec<String>,
-    /// Number of invocations in a subgroup; 0 if the driver does not report it.
+    /// Number of invocations in a subgroup of the pass; 0 if the driver does not report it.
     pub subgroup_size: u32,
-    /// Number of vector registers of each invocation.
+    /// Number of vector registers that each invocation uses.
     pub vgprs: Option<u64>,
-    /// Number of vector registers that the compiler moved to scratch memory, because there were too few.
+    /// Number of vector registers whose values the compiler moved to scratch memory, because an invocation can have no more
+    /// registers.
     pub spilled_vgprs: Option<u64>,
-    /// Size of the scratch memory of each subgroup, in bytes.
+    /// Size of the scratch memory (for spilled registers and local arrays) of each subgroup, in bytes.
     pub scratch_bytes: Option<u64>,
-    /// Size of the shared memory (LDS) of each workgroup, in bytes.
+    /// Size of the shared memory (LDS) that each workgroup uses, in bytes.
     pub lds_bytes: Option<u64>,
     /// Size of the machine code, in bytes.
     pub code_bytes: Option<u64>,
     /// Number of instructions of the machine code.
     pub instructions: Option<u64>,
-    /// The maximum number of subgroups that a SIMD unit holds at once, as the driver counts them: RADV counts a subgroup of
-    /// 64 invocations as two.
+    /// The maximum number of subgroups of this pass that a SIMD unit holds at once, as the driver counts them: RADV counts a
+    /// subgroup of 64 invocations as two.
     pub waves: Option<u64>,
-    /// `waves` divided by its value for a shader that needs no registers, in [0, 1]; a lower value is worse.
+    /// `waves` divided by the value of `waves` for a shader that needs no registers, in [0, 1]. A lower value is worse,
+    /// because fewer subgroups hide the time in which others wait for memory.
     pub occupancy: Option<f64>,
 }
 
 impl Pipeline {
-    /// Copies the values of a report. `most_waves` is the value of `waves` for a shader that needs no registers; with
-    /// `None`, the pipeline gets no occupancy.
+    /// Copies the values of the compiler's report into the pipeline, and computes its occupancy. `most_waves` is the value
+    /// of `waves` for a shader that needs no registers. If it is `None`, the occupancy is `None`, too.
     fn set(&mut self, report: &CompilerReport, most_waves: Option<f64>) {
         self.subgroup_size = report.subgroup_size;
         self.vgprs = value(report, "VGPRs");
@@ -74,17 +76,18 @@ impl Pipeline {
     }
 }
 
-/// RADV's name for the maximum number of subgroups that a SIMD unit holds at once.
+/// The name under which RADV reports the maximum number of subgroups that a SIMD unit holds at once (`waves`).
 const WAVES: &str = "Subgroups per SIMD";
 
-/// The value of the statistic that the driver calls `name`; `None` if the report lacks it or it is not an integer.
+/// The value of the statistic that the driver calls `name`. `None` if the report does not contain it, or if it is not an
+/// integer from 0 up.
 fn value(report: &CompilerReport, name: &str) -> Option<u64> {
     let mut statistics = report.statistics.iter();
     let (_, value) = statistics.find(|(own, _)| own == name)?;
     value.parse().ok()
 }
 
-/// Reads the pipelines of a file that [`json()`] made.
+/// Reads the pipelines from the file at `path`, which contains a text that [`json()`] made.
 ///
 /// # Errors
 /// The file cannot be read, is too large, or is not a JSON array of pipelines.
@@ -98,7 +101,8 @@ pub fn read(path: &Path) -> Result<Vec<Pipeline>> {
     })
 }
 
-/// The pipelines as a JSON array with one line per pipeline, so that a change of a pipeline changes one line of the file.
+/// The pipelines as the text of a JSON array with one line per pipeline, so that a change of one pipeline changes only one
+/// line of a file under version control.
 ///
 /// # Errors
 /// Never if all values are finite.

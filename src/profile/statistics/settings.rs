@@ -1,20 +1,21 @@
-//! The settings for which the command `headwater statistics` compiles the passes; together they use every pass.
+//! The configurations (named settings) with which `headwater statistics` compiles the passes. Together they use every pass.
 
 use crate::Result;
 use crate::render::Settings;
 use crate::render::presets::Preset;
 
-/// Settings with a name: a preset with changes, for which the passes are compiled.
+/// A configuration: settings with a name, which are those of a preset with some changes. `headwater statistics` compiles the
+/// passes of every scene with them.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration {
-    /// Name of the configuration in tables and files.
+    /// Name of the configuration in tables and files. A preset without changes has the name of the preset.
     pub name: &'static str,
     preset: &'static str,
     changes: &'static [&'static str],
 }
 
-/// The configurations for which `headwater statistics` compiles the passes: all presets, and settings that no preset
-/// requests (other light samplers, and world reservoirs).
+/// The configurations with which `headwater statistics` compiles the passes: one for each preset, and three with passes that
+/// no preset uses (those of other light samplers and of world reservoirs).
 pub const CONFIGURATIONS: &[Configuration] = &[
     Configuration::preset("path-tracing"),
     Configuration::preset("fast"),
@@ -53,10 +54,10 @@ impl Configuration {
         }
     }
 
-    /// The settings of the preset, with the changes of the configuration.
+    /// The settings of the configuration: those of its preset, with its changes applied.
     ///
     /// # Errors
-    /// Never with [`CONFIGURATIONS`], as a test checks.
+    /// The preset does not exist, or a change is not valid. This never happens with [`CONFIGURATIONS`], as a test checks.
     pub fn settings(&self) -> Result<Settings> {
         let mut settings = Preset::named(self.preset)?.settings()?;
         for change in self.changes {

@@ -1,11 +1,12 @@
-//! Statistics of pipelines (registers, memory, occupancy) as a table in text.
+//! What the driver's compiler reports about pipelines (registers, memory, occupancy), as a table in text.
 
 use super::Pipeline;
 use std::fmt::Write;
 
-/// A table with one line per tracer and pass, for the worst pipeline of the pass. The worst has the least occupancy; among
-/// pipelines with equal occupancy it has the most scratch memory, then the most registers, then the most instructions.
-/// `pipelines` must be sorted by tracer and pass. Without any, the text is empty.
+/// The device, the driver, and a table with one line per tracer and pass. If a pass has several pipelines, the line shows
+/// the values of the worst one. This is the pipeline with the least occupancy; among equal ones it has the most scratch
+/// memory, then the most registers, then the most instructions. `pipelines` must be sorted by tracer and pass. The text is
+/// empty if there are no pipelines.
 pub fn table(pipelines: &[Pipeline]) -> String {
     let mut text = String::new();
     let Some(first) = pipelines.first() else {

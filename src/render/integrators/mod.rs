@@ -1,4 +1,4 @@
-//! The integrators, which make pictures: path tracing, and reservoir resampling of direct and indirect light.
+//! The integrators, which compute pictures: path tracing, and reservoir resampling (ReSTIR) of direct and indirect light.
 
 pub mod path_tracing;
 pub mod restir;
@@ -14,23 +14,24 @@ use crate::base::progress::Watch;
 use crate::gpu::{Buffer, PassTime};
 use crate::shader_interface::{GpuCamera, ReservoirAov};
 
-/// An integrator renders the frames of one view of a scene. [`Renderer`](super::Renderer) moves the scene to the pose of a
-/// frame before it calls the integrator. A frame has one sample per pixel.
+/// An integrator renders the frames of one view of a scene. Before each call, [`Renderer`](super::Renderer) moves the scene
+/// to its pose (the positions of all objects) in the frame. A frame has one sample per pixel.
 ///
 /// Methods that return a [`Result`] fail if the device fails or its driver rejects a shader; `# Errors` sections name other
 /// errors.
 pub trait Integrator {
-    /// True if a frame depends on the frames before it. Then no frame can be left out, and a run cannot be resumed from its
-    /// sums.
+    /// True if a frame depends on the frames before it. Then no frame can be left out, and a run that was interrupted cannot
+    /// be continued from its stored sums of radiance.
     fn has_history(&self) -> bool;
 
-    /// The maximum number of samples per call of [`Self::add`]. It is 1 if each sample is a frame for which the scene is
-    /// posed.
+    /// The maximum number of samples per pixel that one call of [`Self::add`] may add. It is 1 for reservoir resampling,
+    /// where each sample is a frame of its own and the scene can be moved only between calls. Path tracing has no limit.
     fn samples_per_call(&self) -> u32;
 
-    /// Adds `samples` samples, with indices from `first` on, to the sums of every pixel; all of them show the scene in its
-    /// current pose. Returns the time of each pass. `watch` is called repeatedly with the fraction of the work that is done,
-    /// in [0, 1]. If it returns an error, the work ends, and pixels then differ in their number of samples.
+    /// Adds `samples` samples per pixel to `sums`, the sums of radiance of the pixels. The samples have the indices from
+    /// `first` on, and all of them show the scene in its current pose. Returns the time of each pass, one entry per pass.
+    /// `watch` may be called repeatedly with the fraction of the work that is done, in [0, 1]. If it returns an error, the
+    /// work ends, and the sums of different pixels then have different numbers of samples.
     ///
     /// # Errors
     /// The errors of `watch`.
@@ -43,8 +44,9 @@ pub trait Integrator {
         watch: &mut Watch<'_>,
     ) -> Result<Vec<PassTime>>;
 
-    /// Renders the frame with the index `index` alone: into [`Self::color`], or where that is `None` into `sums`, which are
-    /// cleared first. Returns the time of each run of a pass.
+    /// Renders the frame with the index `index` without adding it to earlier samples. The result is in the buffer
+    /// [`Self::color`]. If that is `None`, the result is in `sums`, which are cleared first. Returns the times of the
+    /// passes, one entry per run of a pass; with path tracing, one entry per pass.
     fn render(
         &mut self,
         index: u32,
@@ -52,8 +54,9 @@ pub trait Integrator {
         sums: &mut Accumulator,
     ) -> Result<Vec<PassTime>>;
 
-    /// As [`Self::render`], but without waiting for the device if the integrator can. It then returns `None`, and
-    /// [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times.
+    /// As [`Self::render`], but does not wait for the device if the integrator can avoid it. It then returns `None`, and
+    /// [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times of the passes. If the integrator
+    /// waits, this method returns the times.
     fn submit(
         &mut self,
         index: u32,
@@ -63,22 +66,23 @@ pub trait Integrator {
         self.render(index, camera, sums).map(Some)
     }
 
-    /// The radiance of the last frame: three words (RGB, in the device's unit of radiance) per pixel, row by row from the
-    /// top. `None` for an integrator that writes sums only.
+    /// The buffer with the radiance of the last frame: three 32-bit floats (RGB, in the device's unit of radiance) per
+    /// pixel, row by row from the top. `None` for path tracing, which writes only sums of radiance.
     fn color(&self) -> Option<&Buffer>;
 
-    /// Sets the seed of the next frames, and forgets the frames before them: history is empty and counters are 0.
+    /// Sets the seed of the next frames, and forgets all earlier frames: the next frame reuses nothing, and all counters are
+    /// 0.
     fn restart(&mut self, seed: u32) -> Result<()>;
 
-    /// The counters of the integrator's passes, such as rays and rejected values.
+    /// The counters of the integrator's passes, which count rays, rejected values and more.
     fn counters(&mut self) -> &mut Counters;
 
-    /// The size in bytes of the buffers that are kept from frame to frame or from pass to pass, without the scene and the
-    /// sums.
+    /// The size in bytes of the buffers with data of pixels, path vertices and light samplers, which the integrator keeps
+    /// besides the scene and the sums of radiance. 0 for path tracing, which has no such buffers.
     fn bytes(&self) -> u64;
 
-    /// The contents of the last frame's reservoirs of direct or of indirect light, one entry per pixel, row by row from the
-    /// top.
+    /// The contents of the reservoirs of direct or of indirect light (`lighting`) after the last frame, for debug AOVs
+    /// (additional channels of a picture). One entry per pixel, row by row from the top.
     ///
     /// # Errors
     /// The integrator has no reservoirs.

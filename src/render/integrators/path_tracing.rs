@@ -1,4 +1,5 @@
-//! MIS path tracing, whose samples add up over calls. It is the unbiased reference for all other estimators.
+//! Path tracing with multiple importance sampling (MIS). Its samples are added up over several calls. It is the unbiased
+//! reference with which all other estimators are compared.
 
 use super::Integrator;
 use crate::base::progress::Watch;
@@ -12,7 +13,7 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `path_trace`, which adds samples to the sums of each pixel.
+    /// Bindings of the pass `path_trace`, which traces paths and adds their radiance to the sums of each pixel.
     pub struct PathTrace {
         [offers scene: SceneBindings]
         uniform frame,
@@ -21,12 +22,14 @@ crate::bindings! {
     }
 }
 
-/// The number of loop iterations that a ray is assumed to take, on drivers that limit loop iterations. Higher: fewer samples
-/// per dispatch, so the limit is less likely to be exceeded. Rays in `night-city` take up to 128, the maximum over the eight
-/// rays of a subgroup.
+/// The number of loop iterations that a ray is assumed to take. On drivers that limit the loop iterations of an invocation,
+/// it decides how many samples a dispatch may have. Higher: fewer samples per dispatch, so the limit is less likely to be
+/// exceeded. In the scene `night-city`, the ray that takes longest among the eight rays of a subgroup takes up to 128
+/// iterations.
 const STEPS_PER_RAY: u32 = 512;
 
-/// The integrator that path traces a view of a scene. Its pass adds samples to the sums directly, many samples per dispatch.
+/// The integrator that traces paths for one view of a scene. Its pass adds many samples per dispatch directly to the sums of
+/// radiance, so there is no picture of a single frame.
 pub struct PathTracer {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -37,8 +40,8 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    /// Makes the pass, and the buffers of `sums` that it writes. With `counting`, the pass also counts rays and lanes, at a
-    /// cost in time.
+    /// Makes the pass `path_trace`, and the buffers of `sums`, to which the pass adds. If `counting` is true, the pass also
+    /// counts rays and lanes, which costs time.
     ///
     /// # Errors
     /// The buffers exceed a limit or the free memory of the device, the picture is wider than the device can bind or
@@ -70,8 +73,8 @@ impl PathTracer {
         })
     }
 
-    /// The maximum number of samples per dispatch. It is limited only where the driver ends loops after a number of
-    /// iterations; otherwise such a driver would end the loop over samples early.
+    /// The maximum number of samples per pixel and dispatch. It is limited only if the driver ends loops after a number of
+    /// iterations. Such a driver would end the loop over many samples early, and pixels would be too dark.
     fn samples_at_once(&self) -> u32 {
         self.device.info.loop_turns.map_or(u32::MAX, |turns| {
             let rays = self
@@ -95,7 +98,8 @@ impl Integrator for PathTracer {
     }
 
     /// # Errors
-    /// The device fails, its driver has a limit of loop iterations and ended loops early, or the errors of `watch`.
+    /// The device fails, the driver ended loops early (if it limits the number of loop iterations), or the errors of
+    /// `watch`.
     fn add(
         &mut self,
         first: u32,

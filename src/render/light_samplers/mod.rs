@@ -1,5 +1,6 @@
-//! Light samplers that have buffers or passes. Each has a folder here with its settings, passes and buffers, and a folder in
-//! `glsl/lights/samplers`, whose `pixel_samples.glsl` draws from all of them.
+//! Light samplers (methods that draw lights for candidates) that have buffers or passes: light lists and the hash grid. The
+//! settings, passes and buffers of each are in a folder here, and its shaders in a folder of `glsl/lights/samplers`. The
+//! file `pixel_samples.glsl` there draws a pixel's candidates of direct light, with any light sampler.
 
 pub mod hash_grid;
 pub mod light_bvh;
@@ -15,17 +16,18 @@ use light_bvh::lists::LightLists;
 use light_bvh::settings::LightBvhSettings;
 use std::sync::Arc;
 
-/// The buffers from which pixels draw light samples of direct light, and the passes that fill them in each frame.
+/// A light sampler that has buffers: pixels draw their light candidates of direct light with the help of these buffers. The
+/// sampler also has the passes that fill the buffers.
 pub trait LightSampler {
     /// The buffers of the sampler, each with the name of its binding in the shaders.
     fn buffers(&self) -> Vec<(&'static str, &Buffer)>;
 
-    /// Writes the constants by which shaders read the buffers. By default, it writes nothing, for samplers that need no
-    /// constants.
+    /// Writes to `constants` the numbers that shaders need to read the buffers, such as the size of a cell. By default, it
+    /// writes nothing, for samplers that need no such numbers.
     fn set_constants(&self, _constants: &mut RestirConstants) {}
 
-    /// Records the passes of a frame that fill the buffers, if there are any. `restir` is the buffer of the constants of
-    /// direct light.
+    /// Records the passes that fill the buffers for this frame. It records nothing if the buffers stay as they are. `restir`
+    /// is the buffer of the constants of direct light.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
@@ -37,42 +39,47 @@ pub trait LightSampler {
     ) -> Result<()>;
 }
 
-/// The settings of the light samplers from which the pixels draw candidates of direct light.
+/// The settings that decide which light samplers have buffers, how large the buffers are, and how they are filled. All
+/// concern candidates of direct light.
 #[derive(Clone, Copy)]
 pub struct SamplerSettings<'a> {
-    /// The settings of the light BVH if tiles of pixels draw lists from it; otherwise `None`, and there are no light lists.
+    /// The settings of the light BVH if one pixel of each tile draws a list of lights from it; `None` if there are no light
+    /// lists.
     pub light_lists: Option<&'a LightBvhSettings>,
-    /// The surfaces that fill the hash grid; [`HashGrid::None`] if there is no hash grid.
+    /// The points for which the hash grid makes reservoirs: surfaces of pixels, or points on all surfaces of the scene.
+    /// [`HashGrid::None`] if there is no hash grid.
     pub filled_by: HashGrid,
-    /// The settings of the hash grid; without effect if there is none.
+    /// The settings of the hash grid; they have no effect if there is no hash grid.
     pub hash_grid: &'a HashGridSettings,
-    /// The number of light samples per pixel and frame.
+    /// The number of light candidates of direct light per pixel and frame. With `hash_grid.mode=published`, the confidence
+    /// of the grid's reservoirs is computed from it.
     pub light_samples: u32,
 }
 
-/// The inputs from which each light sampler makes its passes and buffers.
+/// The inputs from which each light sampler makes its passes and buffers when the renderer is made.
 pub struct SamplerInputs<'a> {
     /// The device on which passes and buffers are made.
     pub device: &'a Arc<Device>,
-    /// The scene on the device, whose surfaces can fill a sampler.
+    /// The scene on the device. With `hash_grid.mode=published`, the hash grid makes reservoirs for points on the surfaces
+    /// of this scene.
     pub scene: &'a GpuScene,
-    /// The settings of all samplers, which decide whether a sampler exists.
+    /// The settings of all samplers. From them, each sampler decides whether it makes anything.
     pub settings: SamplerSettings<'a>,
-    /// The size of the picture in pixels, from which the sizes of buffers follow, and its camera.
+    /// The view: the size of the picture, from which the number of light lists or of reservoirs follows.
     pub view: &'a ViewConstants,
-    /// The size of a reservoir of direct light, in bytes.
+    /// The size of one reservoir of direct light, in bytes. The reservoirs of the hash grid have the same size.
     pub reservoir_bytes: u64,
-    /// Makes the compute pass with a given name, with the specialisation of direct light.
+    /// Makes the compute pass with the given name. Its specialisation constants are those of the passes of direct light.
     pub pass: &'a dyn Fn(&str) -> Result<ComputePass>,
 }
 
-/// A light sampler that was made, or `None` if the settings do not use it.
+/// A light sampler with its passes and buffers; `None` if the settings do not use the sampler.
 type Made = Option<Box<dyn LightSampler>>;
 
-/// A kind of light sampler: the functions that compute its memory and make it.
+/// A kind of light sampler: a function that computes the sizes of its buffers, and a function that makes the sampler.
 struct Kind {
-    /// The name and the size in bytes of each buffer, from the settings, the view and the bytes of a reservoir of direct
-    /// light. Empty if the settings do not use the sampler.
+    /// Returns the name and the size in bytes of each buffer. The arguments are the settings, the view, and the bytes of one
+    /// reservoir of direct light. The result is empty if the settings do not use the sampler.
     bytes: fn(&SamplerSettings<'_>, &ViewConstants, u64) -> Vec<(&'static str, u64)>,
     make: fn(&SamplerInputs<'_>) -> Result<Made>,
 }
@@ -81,7 +88,7 @@ struct Kind {
 const KINDS: [Kind; 2] = [LightLists::KIND, HashGridLight::KIND];
 
 /// The light samplers of a renderer that have buffers or passes: light lists, or the hash grid. Pixels draw candidates of
-/// direct light from their buffers. Empty if the settings use none of them.
+/// direct light from their buffers. The list is empty if the settings use neither.
 pub struct LightSamplers(Vec<Box<dyn LightSampler>>);
 
 impl LightSamplers {
@@ -96,8 +103,8 @@ impl LightSamplers {
         Ok(Self(made.collect::<Result<_>>()?))
     }
 
-    /// The name and the size in bytes of each buffer that [`Self::new`] would make. `reservoir_bytes` is the size of a
-    /// reservoir of direct light.
+    /// The name and the size in bytes of each buffer that [`Self::new`] would make, so that sizes can be checked before.
+    /// `reservoir_bytes` is the size of one reservoir of direct light, in bytes.
     pub fn bytes(
         settings: &SamplerSettings<'_>,
         view: &ViewConstants,
@@ -112,7 +119,8 @@ impl LightSamplers {
         self.0.iter().map(|sampler| &**sampler)
     }
 
-    /// The buffers of all samplers that passes of direct light may read, each with the name of its binding.
+    /// The buffers of all samplers, each with the name of its binding in the shaders. Passes of direct light can bind them
+    /// for reading.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let buffers = self.iter().flat_map(LightSampler::buffers);
         buffers

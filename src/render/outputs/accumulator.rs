@@ -1,4 +1,4 @@
-//! The sums of a picture's samples, kept on the device.
+//! The sums of radiance over the samples of a picture, stored on the device.
 
 use super::radiance::Radiance;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, in_rows};
@@ -9,15 +9,15 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `accumulate`, which adds the radiance of a frame to the sums of each pixel.
+    /// Bindings of the pass `accumulate`, which adds the radiance of a frame, as one sample, to the sums of each pixel.
     pub struct Accumulate {
         read color,
         write sums,
     }
 }
 
-/// The sums of radiance and of squared radiance of each pixel, over all samples since the last [`Self::clear`]. Means and
-/// standard errors follow from them.
+/// The sums of radiance and of squared radiance of each pixel, over all samples since the last [`Self::clear`]. From them,
+/// the CPU computes the mean radiance of each pixel and its standard error.
 pub struct Accumulator {
     device: Arc<Device>,
     width: u32,
@@ -26,15 +26,15 @@ pub struct Accumulator {
     /// The pass that adds a frame to the sums; `None` until the first frame is added. Path tracing does not need it, because
     /// its own pass adds samples to the sums.
     pass: Option<ComputePass>,
-    /// The strips of the picture from top to bottom, each with the buffer of its pixels' sums. Empty before the first
-    /// sample, so that a renderer of single frames uses no memory for sums.
+    /// The strips of the picture (groups of whole rows) from top to bottom, each with the buffer of its pixels' sums. Empty
+    /// before the first sample, so that a renderer of single frames uses no memory for sums.
     strips: Vec<(Strip, Buffer)>,
     samples: u32,
 }
 
 impl Accumulator {
-    /// Sums of a picture of `width` × `height` pixels that contain no samples yet. `bindings` make the pass that adds
-    /// frames.
+    /// Makes sums without samples for a picture of `width` × `height` pixels; the buffers are made later. [`Self::add`]
+    /// makes its pass from `bindings`, the resources of the scene.
     pub fn new(
         device: &Arc<Device>,
         bindings: &Arc<SceneBindings>,
@@ -52,8 +52,9 @@ impl Accumulator {
         }
     }
 
-    /// The strips of the picture from top to bottom with the buffers of their sums, for a pass that adds samples to them.
-    /// The caller then reports the samples with [`Self::count`]. The first call makes the buffers.
+    /// The strips of the picture (groups of whole rows) from top to bottom, each with the buffer of its pixels' sums. A pass
+    /// of the caller can add samples to the sums; the caller must then call [`Self::count`]. The first call makes the
+    /// buffers.
     ///
     /// # Errors
     /// The sums need more memory than the device has, or the picture is wider than the device can bind or dispatch.
@@ -65,12 +66,13 @@ impl Accumulator {
         Ok(&self.strips)
     }
 
-    /// Increases the number of samples in the sums, after a pass has added `samples` samples to every pixel.
+    /// Increases the stored number of samples by `samples`. A caller of [`Self::strips`] calls it after its pass has added
+    /// this many samples to the sums of every pixel.
     pub fn count(&mut self, samples: u32) {
         self.samples += samples;
     }
 
-    /// Sets the sums of all pixels and the number of samples to zero.
+    /// Sets the sums of all pixels and the number of samples to zero. The buffers stay allocated.
     ///
     /// # Errors
     /// The device fails.
@@ -86,8 +88,8 @@ impl Accumulator {
         recording.finish().map(drop)
     }
 
-    /// Adds one sample per pixel: the radiance of a frame in the buffer `color`, row by row from the top. Returns the time
-    /// of the pass for each strip.
+    /// Adds one sample to the sums of every pixel: the radiance of a frame, which `color` stores as RGB per pixel, row by
+    /// row from the top. Returns one time for each strip, for which the pass runs separately.
     ///
     /// # Errors
     /// The errors of [`Self::strips`], a shader that the driver rejects, or the device fails.
@@ -112,7 +114,8 @@ impl Accumulator {
         Ok(times)
     }
 
-    /// Reads the sums of all pixels, row by row from the top; empty if the buffers of sums are not made yet.
+    /// Reads the sums of all pixels, row by row from the top, in the device's unit of radiance. The result is empty if the
+    /// buffers of sums are not made yet.
     ///
     /// # Errors
     /// The device fails.
@@ -124,8 +127,8 @@ impl Accumulator {
         Ok(all)
     }
 
-    /// Replaces the sums of all pixels by `sums`, which has one entry per pixel, row by row from the top. They are the sums
-    /// over `samples` samples of an earlier run.
+    /// Continues an earlier run: replaces the sums of all pixels by `sums`, one entry per pixel, row by row from the top.
+    /// `samples` is the number of samples that these sums contain.
     ///
     /// # Errors
     /// `sums` has fewer entries than the picture has pixels, the errors of [`Self::strips`], or the device fails.
@@ -143,7 +146,8 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The sums of radiance on the device, one part of the picture per strip, from top to bottom.
+    /// The location on the device of each pixel's sum of radiance: one part of the picture per strip (group of whole rows),
+    /// from top to bottom. Empty if the buffers of sums are not made yet.
     pub fn radiance(&self) -> Vec<Radiance<'_>> {
         let parts = self.strips.iter().map(|(strip, sums)| Radiance {
             buffer: sums,

@@ -9,14 +9,14 @@ use crate::shader_interface::{TILE, ToneMap};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `tone_map`, which turns radiance into display values.
+    /// Bindings of the pass `tone_map`, which converts the radiance of each pixel to the values that a display shows.
     pub struct ToneMapPicture {
         read radiance,
         write display,
     }
 }
 
-/// The pass that turns radiance into display values, and the picture that it writes.
+/// The pass that converts radiance to the values that a display shows, and the buffer to which the pass writes the picture.
 pub struct Display {
     device: Arc<Device>,
     pass: ComputePass,
@@ -25,7 +25,7 @@ pub struct Display {
 }
 
 impl Display {
-    /// Makes the pass and the buffer of the picture, which has `pixels` pixels.
+    /// Makes the pass, and the buffer for a picture of `pixels` pixels.
     ///
     /// # Errors
     /// The buffer exceeds a limit or the free memory of the device, or the shader's interface cannot be bound by name.
@@ -37,8 +37,9 @@ impl Display {
         })
     }
 
-    /// Writes the display values of all parts of a picture: the mean radiance of each pixel's samples, times `scale`,
-    /// tone-mapped. If `begins_with_blue` is true, blue is in the least significant byte of a pixel, otherwise red.
+    /// Writes the picture to [`Self::pixels`]. Each pixel is the mean radiance of its samples, times `scale`, tone-mapped;
+    /// the parts together cover the whole picture. `scale` is the product of the exposure factor and the device's unit of
+    /// radiance. If `begins_with_blue` is true, blue is in the least significant byte of a pixel, otherwise red.
     ///
     /// # Errors
     /// The driver rejects the shader, or the device fails.

@@ -1,4 +1,5 @@
-//! AOVs (additional channels of a picture) of primary surfaces: the surface that the ray through each pixel's centre hits.
+//! AOVs (additional channels of a picture) of primary surfaces, such as depth and normals. A primary surface is the surface
+//! that the ray through a pixel's centre hits.
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Device, Recording, Usage};
@@ -19,7 +20,8 @@ crate::bindings! {
     }
 }
 
-/// The pass `primary`, which traces one ray through the centre of each pixel, separately from the rays of the picture.
+/// The pass `primary`, which traces one ray through the centre of each pixel, and finds the depth, normal, albedo and motion
+/// of the surface there. It runs only when channels with these values are read, and has no effect on the picture.
 pub struct PrimarySurfaces {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -41,8 +43,9 @@ impl PrimarySurfaces {
         })
     }
 
-    /// Finds the surfaces that the camera of `constants` sees, one per pixel, row by row from the top. Depths are in the
-    /// device's unit of length. `previous` is the camera of the previous frame, from which motion vectors follow.
+    /// Finds the surfaces that the camera of `constants` sees in the current pose of the scene, one per pixel, row by row
+    /// from the top. Depths are in the device's unit of length. `previous` is the camera of the previous frame, from which
+    /// motion vectors are computed.
     pub fn read(
         &self,
         constants: &FrameConstants,

@@ -1,10 +1,11 @@
-//! Radiance on the device: the buffers that hold a picture, independent of the integrator that rendered it.
+//! The location of a picture's radiance in buffers on the device, in one form for all integrators.
 
 use crate::Result;
 use crate::gpu::Buffer;
 use glam::Vec3;
 
-/// The location of the radiance of consecutive pixels, row by row from the top, in a buffer on the device.
+/// The location of the radiance of consecutive pixels of a picture in a buffer on the device. The pixels are in rows from
+/// the top.
 pub struct Radiance<'a> {
     /// A buffer of 32-bit floats. The first three of each pixel are its red, green and blue radiance, in the device's unit
     /// of radiance, summed over the samples.
@@ -20,7 +21,8 @@ pub struct Radiance<'a> {
 }
 
 impl Radiance<'_> {
-    /// Reads the RGB sums of all pixels in the buffer, in their order, in the device's unit of radiance.
+    /// Reads the RGB sums over samples of all pixels in the buffer, in the order of the buffer, in the device's unit of
+    /// radiance. They are not divided by the number of samples.
     ///
     /// # Errors
     /// The device fails.

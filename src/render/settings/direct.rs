@@ -1,38 +1,39 @@
-//! Settings of direct light (`direct.*`).
+//! Settings of direct light (`direct.*`), which is light that is scattered once between its emitter and the camera.
 
 use super::{Resampling, Spatial, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The estimator of direct light, which is light that is scattered once.
+/// The estimator of direct light: light that surfaces scatter exactly once between its emitter and the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DirectMode {
-    /// No direct light, so that indirect light can be compared alone. Path tracing also leaves out light that was scattered
-    /// once.
+    /// No direct light, so that indirect light can be compared alone. With `integrator=path-tracing` too, light that was
+    /// scattered exactly once is missing.
     Off,
-    /// Reservoir resampling, with reuse over neighbours and frames. With `integrator=path-tracing`, direct light is path
-    /// traced.
+    /// Reservoir resampling, with reuse of the samples of neighbours and of earlier frames. With `integrator=path-tracing`,
+    /// direct light is path traced instead.
     #[default]
     Restir,
 }
 
-/// Settings of direct light: its estimator, its candidates and its reuse.
+/// Settings of direct light: its estimator, its candidates, and the reuse of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Direct {
-    /// The estimator of direct light, which is light that is scattered once. With `--bounces 0` there is no direct light.
+    /// The estimator of direct light, which is light that is scattered once: `restir`, or `off` for no direct light. With
+    /// `--bounces 0` there is no direct light either.
     pub mode: DirectMode,
-    /// The settings of resampling, with the values for direct light.
+    /// The settings of resampling that direct and indirect light both have, here with the values for direct light.
     #[serde(flatten)]
     pub resampling: Resampling,
-    /// Number of BSDF candidates per pixel and frame, which are hits of rays that the BSDF draws. Cost: one ray each. No
-    /// effect with `visibility=final`. Unbiased at any value.
+    /// Number of BSDF candidates per pixel and frame. Such a candidate is the point of a light that a ray hits in a
+    /// direction drawn from the BSDF. Cost: one ray each. No effect with `visibility=final`. Unbiased at any value.
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
-    /// Maximum number of additional BSDF candidates per pixel. Pixels with narrow lobes draw more of them, and so do pixels
-    /// near which BSDF candidates find bright light. Cost: one ray each in these pixels, and a pass. No effect if
-    /// `bsdf_samples` is 0. Unbiased at any value.
+    /// Maximum number of BSDF candidates that a pixel draws in addition to `bsdf_samples`. Pixels on smooth metal and other
+    /// narrow lobes draw more of them. So do pixels near other pixels whose BSDF candidates found bright light. Cost: one
+    /// ray each in these pixels, and a pass. No effect if `bsdf_samples` is 0. Unbiased at any value.
     #[schemars(range(min = 0, max = 256))]
     pub more_bsdf_samples: u32,
 }
@@ -58,7 +59,7 @@ impl Default for Direct {
 }
 
 impl Direct {
-    /// A copy of these settings for path tracing, in which all settings without an effect on path tracing have their
+    /// A copy of these settings for path tracing, for which only `mode` has an effect. All other settings are set to their
     /// defaults.
     pub fn of_path_tracing(&self) -> Self {
         Self {
@@ -68,14 +69,14 @@ impl Direct {
     }
 
     /// True if hits of BSDF rays are candidates of direct light. With `visibility=final` they are not, because they would
-    /// cause bias: target functions then ignore visibility, but BSDF rays find only visible light.
+    /// cause bias: target functions then ignore visibility, but BSDF rays only hit lights that are visible.
     pub fn draws_bsdf(&self) -> bool {
         self.bsdf_samples > 0 && self.resampling.visibility != Visibility::Final
     }
 
-    /// True if a separate pass traces the first BSDF candidate of each pixel (the pilot). It does if pilots also begin the
-    /// paths of indirect light (`paths` is true), or if they decide which pixels draw more BSDF candidates. Always false if
-    /// direct light has no BSDF candidates.
+    /// True if a separate pass traces the pilot of each pixel, its first BSDF ray, which is a candidate of direct light.
+    /// `paths` is true if the paths of indirect light begin with pilots; then there is such a pass. There also is one if
+    /// pilots decide which pixels draw more BSDF candidates. Always false if direct light has no BSDF candidates.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }

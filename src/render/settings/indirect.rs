@@ -1,71 +1,80 @@
-//! Settings of indirect light (`indirect.*`).
+//! Settings of indirect light (`indirect.*`), which is light that is scattered at least twice between its emitter and the
+//! camera.
 
 use super::{Resampling, ReuseMode};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The estimator of indirect light, which is light that is scattered at least twice.
+/// The estimator of indirect light: light that surfaces scatter at least twice between its emitter and the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum IndirectMode {
-    /// No indirect light: resampling renders direct light only, for any value of `--bounces`.
+    /// No indirect light: resampling renders direct light only, for any value of `--bounces`. Path tracing ignores this
+    /// setting.
     Off,
-    /// One path per pixel and frame, without reuse: unbiased, with more noise than `restir`.
+    /// One path per pixel and frame, without reuse of paths of neighbours or earlier frames: unbiased, with more noise than
+    /// `restir`.
     Path,
-    /// Reservoir resampling of paths, with reuse over neighbours and frames.
+    /// Reservoir resampling of paths, with reuse of the paths of neighbouring pixels and of earlier frames.
     #[default]
     Restir,
 }
 
-/// The reconnection shift, by which another pixel reuses a path from its second vertex on. The variants differ in how they
-/// compute the radiance that leaves this vertex towards the other pixel.
+/// The reconnection shift, by which a pixel reuses the path of another pixel from its second vertex on (the first surface
+/// that the path hits after the one that the camera sees). The variants differ in how they compute the radiance that leaves
+/// this vertex towards the reusing pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shift {
-    /// The radiance that leaves the second vertex is assumed to be the same for all viewers and constant over time:
-    /// cheapest, but biased where that vertex is not diffuse, and in motion.
+    /// The radiance that leaves the second vertex is assumed to be the same in all directions and at all times: cheapest. It
+    /// is biased where the surface at the second vertex is not diffuse, and where something moves.
     Biased,
-    /// The BSDF of the second vertex is evaluated again for each viewer: unbiased.
+    /// The BSDF at the second vertex is evaluated again, for the direction towards each pixel that reuses the path:
+    /// unbiased.
     #[default]
     Unbiased,
 }
 
-/// The way in which the vertices of indirect paths draw light samples (next-event estimation).
+/// The way in which each vertex of an indirect path, after the first surface, draws a light sample (next-event estimation).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Secondary {
-    /// One light sample per vertex, from a light that is drawn by power: fastest, with more noise than `ris`.
+    /// One light sample per vertex, on a light that is drawn in proportion to its power: fastest, with more noise than
+    /// `ris`.
     Power,
-    /// One of `indirect.light_samples` light samples, selected by the target function at the vertex (resampled importance
-    /// sampling).
+    /// A vertex draws `indirect.light_samples` light samples, and selects one of them by the target function at the vertex
+    /// (resampled importance sampling).
     #[default]
     Ris,
-    /// The light sample of `ris`, merged with light samples that nearby vertices selected in the previous frame.
+    /// A vertex draws and selects a light sample as with `ris`. It then merges this sample with light samples that nearby
+    /// vertices selected in the previous frame.
     WorldReservoirs,
 }
 
-/// Settings of indirect light: its estimator, its paths and its reuse.
+/// Settings of indirect light: its estimator, the light samples at path vertices, and the reuse of paths.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Indirect {
-    /// The estimator of indirect light, which is light that is scattered at least twice. With `--bounces 1` or less there is
-    /// no indirect light.
+    /// The estimator of indirect light, which is light that is scattered at least twice: `restir`, `path` for paths without
+    /// reuse, or `off`. With `--bounces 1` or less there is no indirect light.
     pub mode: IndirectMode,
-    /// The way in which the vertices of paths draw light samples (next-event estimation). Unbiased, except for
+    /// The way in which each vertex of a path draws a light sample (next-event estimation). Unbiased, except for
     /// `world-reservoirs` with `world_reservoirs.mode=published`.
     pub secondary: Secondary,
-    /// The settings of resampling, with the values for indirect light.
+    /// The settings of resampling that direct and indirect light both have, here with the values for indirect light.
     #[serde(flatten)]
     pub resampling: Resampling,
-    /// The reconnection shift, by which another pixel reuses a path from its second vertex on. `biased` is cheaper, but
-    /// biased.
+    /// The reconnection shift, by which a pixel reuses the path of another pixel from its second vertex on. `biased` costs
+    /// less time, but is biased.
     pub shift: Shift,
-    /// Largest ratio between the solid angles of a reused second vertex, as seen from two pixels; beyond it, the path is not
-    /// reused. Below 1: no limit. Lower: fewer outliers, less reuse. Unbiased at any value.
+    /// Limit of reuse between pixels or frames: a path is not reused if the solid angle of its second vertex, seen from one
+    /// of the two surfaces, is more than this many times the solid angle seen from the other. Below 1: no limit. Lower:
+    /// fewer outliers, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub jacobian_limit: f32,
-    /// Smallest distance between a pixel's surface and a reused second vertex, as a fraction of the surface's distance from
-    /// the camera. Higher: fewer outliers in corners, less reuse. Unbiased at any value.
+    /// Limit of reuse between pixels or frames: a path is not reused if its second vertex is closer to one of the two
+    /// surfaces than this fraction of the surface's distance from the camera. 0: no limit. Higher: fewer outliers in
+    /// corners, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_distance: f32,
 }
@@ -84,8 +93,8 @@ impl Default for Indirect {
 }
 
 impl Indirect {
-    /// The settings of resampling that take effect for indirect light: one light sample with `secondary=power`, and no reuse
-    /// unless `mode=restir`.
+    /// A copy of the settings of resampling with the values that indirect light really uses: one light sample with
+    /// `secondary=power`, and no reuse unless `mode=restir`.
     pub fn effective_resampling(&self) -> Resampling {
         let mut resampling = self.resampling;
         if self.secondary == Secondary::Power {

@@ -1,5 +1,5 @@
-//! Settings by their dotted keys, such as `direct.spatial.radius`: changes, checks and descriptions, all derived from the
-//! schema of the tree.
+//! Settings by their dotted keys, such as `direct.spatial.radius`: changes, checks and descriptions. All follow from the
+//! JSON schema of [`Settings`], which is made from its fields and their doc comments.
 
 use super::Settings;
 use crate::base::nearest::nearest;
@@ -16,15 +16,16 @@ pub struct Description {
     pub key: String,
     /// The doc comment of the setting: meaning, unit, cost and effect on bias.
     pub doc: String,
-    /// The values that the setting can have, as text: a type with a range, or names separated by ` | `.
+    /// The values that the setting can have, as text: a type and a range, such as `integer 1 to 64`, or names separated by `
+    /// | `.
     pub values: String,
-    /// The value of the setting in the settings on which [`Settings::describe`] was called.
+    /// The current value of the setting, in the settings for which [`Settings::describe`] was called.
     pub value: Value,
 }
 
 impl Settings {
-    /// A copy of these settings with `changes`, a JSON tree of only the settings to change. Its keys can be nested or
-    /// dotted.
+    /// A copy of these settings in which `changes` are made. `changes` is a JSON tree that contains only the settings to
+    /// change. Its keys can be nested or dotted.
     ///
     /// # Errors
     /// A key is unknown, or a value has the wrong type or is out of range. The message names the nearest valid key, or the
@@ -57,8 +58,9 @@ impl Settings {
         Ok(settings)
     }
 
-    /// As [`Self::with`], for changes that were parsed from the TOML text `source`. `path` leads from the root of the text
-    /// to the table that holds the changes; it is empty if this is the root.
+    /// As [`Self::with`], for `changes` that were parsed from the TOML text `source`. `path` lists the keys and indices that
+    /// lead from the root of the text to the table of the changes, and is empty if this table is the root. It is used to
+    /// find the line of a wrong setting.
     ///
     /// # Errors
     /// The errors of [`Self::with`]; the message also names the TOML text and the line.
@@ -74,8 +76,8 @@ impl Settings {
             })
     }
 
-    /// Parses the text `KEY=VALUE`, as `--set` takes it, into a tree of changes for [`Settings::with`]. A value that is not
-    /// valid JSON becomes a string.
+    /// Converts the text `KEY=VALUE`, which the user gives after `--set`, to a JSON tree with this one change, for
+    /// [`Settings::with`]. The key is dotted. A value that is not valid JSON becomes a string.
     ///
     /// # Errors
     /// There is no `=`, or a part of the key is empty.
@@ -91,8 +93,8 @@ impl Settings {
         ))
     }
 
-    /// Describes every setting, in the order of the fields: its key, its doc, its possible values and its value in these
-    /// settings.
+    /// Describes every setting: its key, its doc comment, its possible values, and its value in these settings. The result
+    /// has one entry per setting, in the order of the fields.
     ///
     /// # Errors
     /// The settings cannot be written as JSON, which does not happen with the settings of this build.
@@ -113,7 +115,7 @@ impl Settings {
             .collect())
     }
 
-    /// The settings as a tree of JSON values, one object per structure.
+    /// Converts the settings to a tree of JSON values, with one object per structure of settings.
     ///
     /// # Errors
     /// The settings cannot be written as JSON, which does not happen with finite values.
@@ -122,12 +124,12 @@ impl Settings {
     }
 }
 
-/// The JSON schema of all settings, which holds their docs, ranges and choices. It is made once, since that takes
-/// milliseconds.
+/// The JSON schema of all settings, which contains their doc comments, ranges and choices. It is made once, at its first
+/// use, since that takes milliseconds.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Settings).to_value());
 
-/// The value of a dotted key in a tree of settings, to be replaced; `None` if the key is unknown or names a group of
-/// settings.
+/// The place of the value with the dotted key `key` in a tree of settings, so that the caller can replace the value. `None`
+/// if the key is unknown or names a group of settings.
 fn slot_of<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     let slot = key
         .split('.')
@@ -135,8 +137,8 @@ fn slot_of<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     slot.filter(|value| !value.is_object())
 }
 
-/// The schema of the setting with a dotted key; `None` if the key is unknown. References to other schemas are followed on
-/// the way to the setting but not at the setting itself, whose doc and range stand beside the reference.
+/// The schema of the setting with the dotted key `key`; `None` if the key is unknown. It contains the doc and the range of
+/// the setting. If it also refers to the schema of a type, this reference is not replaced by that schema.
 fn field_schema(key: &str) -> Option<&'static Value> {
     key.split('.').try_fold(&*SCHEMA, |node, part| {
         resolve(node).get("properties")?.get(part)
@@ -169,7 +171,8 @@ fn values_of(field: &'static Value) -> String {
     }
 }
 
-/// True if `value` is not a number, or lies between the minimum and the maximum in the schema of its field.
+/// True if the number `value` is between the minimum and the maximum of its setting, both included. `field` is the schema of
+/// the setting, and a missing limit allows all numbers. Always true if `value` is not a number.
 fn in_range(field: &Value, value: &Value) -> bool {
     let bound = |name: &str| field.get(name).and_then(Value::as_f64);
     value.as_f64().is_none_or(|number| {
@@ -178,8 +181,8 @@ fn in_range(field: &Value, value: &Value) -> bool {
     })
 }
 
-/// Appends the values of a tree to `out`, each with its dotted key. `prefix` is the key of the tree; it is empty at the
-/// root.
+/// Appends one entry to `out` for each value in the JSON tree `value` that is not an object: the dotted key of the value,
+/// and the value itself. `prefix` is the dotted key of the tree in a larger tree; it is empty for a whole tree.
 pub(crate) fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
     match value {
         Value::Object(map) => {

@@ -1,5 +1,5 @@
-//! All settings, as one tree of structures. The command `presets` prints the doc comment of each field, and the range of a
-//! field is checked when its value is set.
+//! All settings, as one tree of structures. The command `headwater presets` prints the doc comment of each field. The range
+//! of a field is checked when a user sets its value.
 
 mod direct;
 mod environment;
@@ -31,19 +31,20 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
-    /// MIS path tracing: unbiased, the reference for all other estimators.
+    /// Path tracing with multiple importance sampling: unbiased, the reference for all other estimators.
     #[default]
     PathTracing,
-    /// Reservoir resampling: neighbours and frames reuse light samples and paths.
+    /// Reservoir resampling: pixels reuse light samples and paths of their neighbours and of earlier frames.
     Restir,
 }
 
-/// The treatment of the energy that the specular lobe loses because it models single scattering only.
+/// The treatment of the energy that the specular lobe loses at rough surfaces, because it models only light that is
+/// scattered once between microfacets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energy {
-    /// The plain model of glTF, with which pictures can be compared with those of other renderers. Rough metals are too
-    /// dark, and light-coloured dielectrics are too bright at grazing angles.
+    /// No treatment, as in the plain model of glTF, so that pictures can be compared with those of other renderers. Rough
+    /// metals are too dark, and light-coloured dielectrics are too bright at grazing angles.
     #[default]
     Gltf,
     /// The specular lobe is scaled so that it loses no energy, and the diffuse lobe gets the energy that remains: a surface
@@ -51,17 +52,18 @@ pub enum Energy {
     Compensated,
 }
 
-/// Russian roulette, which ends dim paths at random and weights up those that continue.
+/// Settings of Russian roulette, which ends dim paths at random. The light of the paths that continue is multiplied by a
+/// factor, so that the mean stays the same.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Roulette {
-    /// Number of the first scattering event after which roulette can end a path; with `integrator=restir`, no path ends
-    /// after the first event, because its ray also serves direct light. Cost: higher traces longer paths; lower adds noise.
-    /// Unbiased at any value.
+    /// Number of the first scattering event of a path after which roulette can end the path. With `integrator=restir`, no
+    /// path ends after the first event, because the ray that follows it also serves direct light. Higher: longer paths,
+    /// which cost time; lower: more noise. Unbiased at any value.
     #[schemars(range(min = 0, max = 1000))]
     pub start: u32,
-    /// Minimum probability that a path continues. Higher: more rays for dark paths; lower: rare survivors stand out as
-    /// fireflies. Unbiased at any value.
+    /// Minimum probability with which roulette lets a path continue. Higher: more rays for dark paths; lower: the few dark
+    /// paths that survive stand out as fireflies. Unbiased at any value.
     #[schemars(range(min = 0.001, max = 1.0))]
     pub floor: f32,
 }
@@ -75,50 +77,53 @@ impl Default for Roulette {
     }
 }
 
-/// The parts of the shader code that are compiled.
+/// The parts of the shader code that are compiled for a scene. Code for features that the scene lacks costs time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Variant {
-    /// Only the code that the scene requires, as `scene inspect` shows it.
+    /// Only the code for the features that the scene contains. The command `headwater scene inspect` lists them.
     #[default]
     Auto,
-    /// All code, for comparison with `auto`. Three parts stay out unless the scene requires them: code for motion, which
-    /// reuses fewer samples, code for large triangles, which rounds points differently, and code for blended surfaces, which
-    /// traces more rays.
+    /// The code for all features, for comparison with `auto`. Three parts are compiled only if the scene requires them: code
+    /// for motion, which reuses fewer samples, code for large triangles, which rounds points differently, and code for
+    /// blended surfaces, which traces more rays.
     Full,
 }
 
-/// All settings of a picture: everything besides its scene, time, camera, size, bounces, jitter and seed.
+/// All settings of a picture: everything that decides its pixels except scene, time, camera, size, bounces, jitter and seed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// The algorithm that computes the light of a picture: `path-tracing` is the unbiased reference, `restir` reuses samples
-    /// of neighbours and frames.
+    /// of neighbours and of earlier frames.
     pub integrator: Integrator,
-    /// The MIS heuristic between light sampling and BSDF sampling in path tracing; candidates of resampling always use the
-    /// balance heuristic. No effect on bias.
+    /// The MIS heuristic that weights light samples against hits of BSDF rays in path tracing. Candidates of resampling
+    /// always have weights by the balance heuristic. No effect on bias.
     pub heuristic: Heuristic,
-    /// The treatment of the energy that the specular lobe loses because it models single scattering only. `compensated`
-    /// costs one table look-up per vertex.
+    /// The treatment of the energy that the specular lobe loses because it models single scattering only: `gltf` leaves it
+    /// lost, `compensated` adds it again, at the cost of one table look-up per vertex.
     pub energy: Energy,
-    /// Russian roulette, which ends dim paths at random.
+    /// Russian roulette, which ends dim paths at random and gives more weight to those that continue.
     pub roulette: Roulette,
-    /// The rotation and the brightness of the environment, if `--environment` gives one.
+    /// The rotation and the brightness of the environment that `--environment` gives. They have no effect without
+    /// `--environment`.
     pub environment: EnvironmentSettings,
     /// Settings of direct light, which is scattered once.
     pub direct: Direct,
     /// Settings of indirect light, which is scattered at least twice.
     pub indirect: Indirect,
-    /// Settings of the light BVH, a tree of lights from which `candidates=light-bvh` draws.
+    /// Settings of the light BVH, a tree of lights. Candidates are drawn from it if `direct.candidates` or
+    /// `indirect.candidates` is `light-bvh`, or if `auto` selects it.
     pub light_bvh: LightBvhSettings,
-    /// Settings of the hash grid, which holds reservoirs of direct light in cells of space. Pixels use them if
-    /// `direct.candidates` is `hash-grid`.
+    /// Settings of the hash grid, which stores reservoirs of direct light in cells of space. Pixels merge these reservoirs
+    /// if `direct.candidates` is `hash-grid`.
     pub hash_grid: HashGridSettings,
-    /// Settings of world reservoirs, the reservoirs of path vertices. Paths use them if `indirect.secondary` is
-    /// `world-reservoirs`.
+    /// Settings of world reservoirs, in which path vertices store light samples for vertices of the next frame. Paths use
+    /// them if `indirect.secondary` is `world-reservoirs`.
     pub world_reservoirs: WorldReservoirsSettings,
-    /// The layout of reservoirs in memory.
+    /// Settings of the layout of reservoirs in memory. They change time and memory, not the light of the picture.
     pub reservoirs: Reservoirs,
-    /// The parts of the shader code that are compiled. `full` costs time; the picture is the same.
+    /// The parts of the shader code that are compiled: `auto` is the code that the scene needs, `full` is nearly all code,
+    /// which costs time. The picture is the same.
     pub variant: Variant,
 }

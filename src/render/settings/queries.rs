@@ -1,4 +1,4 @@
-//! Values that follow from the settings alone, without a scene.
+//! Facts that follow from the settings alone, without a scene, such as whether a kind of light is rendered.
 
 use super::{
     Candidates, DirectMode, Far, GridMode, IndirectMode, Integrator, LightChoice, Resampling,
@@ -9,8 +9,8 @@ use crate::render::lighting::Lighting;
 use crate::shader_interface::{HashGrid, WorldReservoirs};
 
 impl Settings {
-    /// True if the picture shows light that surfaces scatter, for paths with at most `bounces` scattering events. If false,
-    /// it shows only what emitters send directly to the camera.
+    /// True if the picture shows light that surfaces scatter. `bounces` is the maximum number of scattering events of a
+    /// path. If false, the picture shows only the light that emitters send directly to the camera.
     pub fn scatters_light(&self, bounces: u32) -> bool {
         let resamples = self.integrator == Integrator::Restir;
         let indirect = !(resamples && self.indirect.mode == IndirectMode::Off);
@@ -18,8 +18,8 @@ impl Settings {
         (bounces >= 1 && direct) || (bounces >= 2 && indirect)
     }
 
-    /// The settings of a path-traced reference for these settings: settings without an effect on path tracing have their
-    /// defaults.
+    /// A copy of these settings with which path tracing renders a reference for them, as the command `headwater reference`
+    /// does. Settings that have no effect on path tracing are set to their defaults.
     pub fn of_path_tracing(&self) -> Self {
         Self {
             integrator: Integrator::PathTracing,
@@ -33,7 +33,8 @@ impl Settings {
         }
     }
 
-    /// True if resampling computes this kind of light, for paths with at most `bounces` scattering events.
+    /// True if resampling renders this kind of light. `bounces` is the maximum number of scattering events of a path: direct
+    /// light needs at least 1, indirect light at least 2. Whether `integrator` selects resampling is not considered.
     pub fn renders(&self, lighting: Lighting, bounces: u32) -> bool {
         match lighting {
             Lighting::Direct => bounces > 0 && self.direct.mode != DirectMode::Off,
@@ -41,27 +42,28 @@ impl Settings {
         }
     }
 
-    /// True if resampling stores candidates of this kind of light in reservoirs: always for direct light, and with
-    /// `indirect.mode=restir` for indirect light.
+    /// True if resampling stores samples of this kind of light in reservoirs: always for direct light, and only with
+    /// `indirect.mode=restir` for indirect light. Whether this kind of light is rendered at all is not considered.
     pub fn uses_reservoirs(&self, lighting: Lighting) -> bool {
         lighting == Lighting::Direct || self.indirect.mode == IndirectMode::Restir
     }
 
-    /// True if frames have reservoirs of this kind of light, for paths with at most `bounces` scattering events. Path
-    /// tracing has none.
+    /// True if frames have reservoirs of this kind of light. `bounces` is the maximum number of scattering events of a path.
+    /// False for path tracing, for light that is not rendered, and for indirect light with `indirect.mode=path`.
     pub fn has_reservoirs(&self, lighting: Lighting, bounces: u32) -> bool {
         self.integrator == Integrator::Restir
             && self.renders(lighting, bounces)
             && self.uses_reservoirs(lighting)
     }
 
-    /// True if resampling draws candidates of direct or of indirect light from the distribution `candidates`, for paths with
-    /// at most `bounces` scattering events.
+    /// True if resampling draws light candidates by the method `candidates`, for direct or for indirect light. `bounces` is
+    /// the maximum number of scattering events of a path. False for path tracing.
     pub fn has_candidates(&self, candidates: Candidates, bounces: u32) -> bool {
         self.integrator == Integrator::Restir && self.drawing_from(candidates, bounces).count() > 0
     }
 
-    /// The settings of resampling of each kind of light whose candidates are drawn from `candidates`, direct light first.
+    /// The settings of resampling of those kinds of light that are rendered and whose candidates are drawn by the method
+    /// `candidates`: direct light first, then indirect light.
     fn drawing_from(
         &self,
         candidates: Candidates,
@@ -78,8 +80,9 @@ impl Settings {
             .map(|(_, resampling)| resampling)
     }
 
-    /// The options with which the light BVH is built; `None` if no candidates are drawn from it. The tree leaves out rare
-    /// lights (the dimmest ones) if every kind of light that draws from the tree samples them separately.
+    /// The options with which the light BVH (a tree of lights) is built; `None` if no candidates are drawn from it. The tree
+    /// contains no rare lights (the dimmest ones) if direct and indirect light, as far as they draw from the tree, have
+    /// separate candidates for rare lights.
     pub fn light_bvh_options(&self, bounces: u32) -> Option<LightBvhOptions> {
         let settings = &self.light_bvh;
         self.has_candidates(Candidates::LightBvh, bounces)
@@ -93,16 +96,17 @@ impl Settings {
             })
     }
 
-    /// True if candidates of direct light come from light lists: one pixel of each tile draws lights from the light BVH for
-    /// all pixels of the tile.
+    /// True if candidates of direct light come from light lists: one pixel of each tile draws a list of lights from the
+    /// light BVH, and pixels near the tile draw from the list. False if each pixel walks through the tree itself, or if
+    /// candidates do not come from the tree.
     pub fn has_light_lists(&self) -> bool {
         self.direct.mode == DirectMode::Restir
             && self.direct.resampling.candidates == Candidates::LightBvh
             && self.light_bvh.tile > 1
     }
 
-    /// The surfaces for which the reservoirs of the hash grid are made: those of pixels, or points on all surfaces of the
-    /// scene. [`HashGrid::None`] unless `direct.candidates=hash-grid`.
+    /// The points for which the hash grid makes its reservoirs: surfaces of pixels, or points on all surfaces of the scene.
+    /// [`HashGrid::None`] unless `direct.candidates=hash-grid`.
     pub fn hash_grid(&self) -> HashGrid {
         match (self.direct.resampling.candidates, self.hash_grid.mode) {
             (Candidates::HashGrid, GridMode::Unbiased) => HashGrid::Pixels,
@@ -111,8 +115,8 @@ impl Settings {
         }
     }
 
-    /// The way in which path vertices reuse light samples of other vertices; [`WorldReservoirs::None`] unless
-    /// `indirect.secondary=world-reservoirs`.
+    /// The way in which path vertices reuse light samples of vertices of the previous frame. [`WorldReservoirs::None`]
+    /// unless `indirect.secondary=world-reservoirs`.
     pub fn world_reservoirs(&self) -> WorldReservoirs {
         match (self.indirect.secondary, self.world_reservoirs.mode) {
             (Secondary::WorldReservoirs, WorldMode::Unbiased) => WorldReservoirs::Unbiased,
@@ -127,8 +131,8 @@ mod tests {
     use super::*;
     use crate::shader_interface::Visibility;
 
-    /// The light BVH must contain the rare lights (the dimmest ones) if direct or indirect light draws candidates from it
-    /// and has no separate candidates for them.
+    /// The light BVH must contain the rare lights (the dimmest ones) if direct or indirect light draws candidates from the
+    /// tree but has no separate candidates for rare lights.
     #[test]
     fn rare_lights_are_left_out_only_if_all_set_them_apart() {
         let mut settings = Settings {

@@ -1,11 +1,11 @@
-//! Settings of resampling for direct and for indirect light: candidates, reuse, MIS, visibility, and the similarity of
-//! neighbours.
+//! Settings of resampling that direct and indirect light both have: candidates, reuse, MIS weights, visibility, and the
+//! similarity of neighbours.
 
 use crate::shader_interface::{Mis, Visibility};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The distribution from which the lights of light candidates are drawn.
+/// The method that draws the lights of light candidates (points on lights, among which resampling selects one).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
@@ -13,62 +13,69 @@ pub enum Candidates {
     /// if these lights form more than one emitter group (triangles with common corners form one group); otherwise `power`.
     #[default]
     Auto,
-    /// All lights have the same probability.
+    /// All lights of the scene have the same probability.
     Uniform,
-    /// Lights are drawn in proportion to area × luminance, mixed with a uniform fraction.
+    /// Nine of ten draws select a light in proportion to its power (area × luminance for a triangle). One of ten draws
+    /// selects each light with the same probability.
     Power,
-    /// Lights are drawn by their expected contribution at the shading point, from a tree of lights, and a fraction by power.
-    /// For indirect light, the second vertices of paths draw from the tree, and later vertices by power.
+    /// Most lights are drawn from a tree of lights, by their expected contribution at the shading point; a fraction of the
+    /// candidates is drawn by power among all lights. For indirect light, the second vertices of paths draw from the tree,
+    /// and later vertices by power.
     LightBvh,
-    /// Lights are drawn by power; pixels then merge their selected sample with reservoirs of a hash grid on the scene's
-    /// surfaces. For indirect light, `hash-grid` means `power`.
+    /// Lights are drawn by power, and the pixel selects one sample. It then merges this sample with reservoirs of a hash
+    /// grid, which stores reservoirs in cells of space. For indirect light, `hash-grid` means `power`.
     HashGrid,
 }
 
-/// The reservoirs with which a pixel merges its initial reservoir.
+/// The reservoirs that a pixel merges with its initial reservoir (the one with the pixel's own candidate of this frame).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReuseMode {
     /// No reservoirs: each frame uses only its own candidates.
     None,
-    /// The reservoir that the surface of the pixel had in the previous frame.
+    /// The reservoir that the surface of the pixel had in the previous frame; no reservoirs of neighbours.
     Temporal,
-    /// The reservoirs of neighbouring pixels.
+    /// The reservoirs of neighbouring pixels in the same frame; no reservoir of the previous frame.
     Spatial,
-    /// The reservoir of the previous frame, and then the reservoirs of neighbouring pixels.
+    /// First the reservoir that the surface of the pixel had in the previous frame, then the reservoirs of neighbouring
+    /// pixels.
     #[default]
     Spatiotemporal,
 }
 
 impl ReuseMode {
-    /// True if pixels merge the reservoir of the previous frame.
+    /// True if a pixel merges the reservoir that its surface had in the previous frame.
     pub fn is_temporal(self) -> bool {
         matches!(self, Self::Temporal | Self::Spatiotemporal)
     }
 
-    /// True if pixels merge the reservoirs of neighbours.
+    /// True if a pixel merges the reservoirs of neighbouring pixels.
     pub fn is_spatial(self) -> bool {
         matches!(self, Self::Spatial | Self::Spatiotemporal)
     }
 }
 
-/// The way in which a pixel searches for neighbours with similar surfaces.
+/// The way in which a pixel searches for neighbours whose surfaces are similar to its own, so that it can merge their
+/// reservoirs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Search {
-    /// `neighbours` random pixels are tried, and those that are not similar enough are left out.
+    /// `neighbours` random pixels near the pixel are tried. Those whose surfaces are not similar enough are left out, so
+    /// fewer may be merged.
     Random,
-    /// Random pixels are tried until `neighbours` similar ones are found, at most `tries` × `neighbours` pixels.
+    /// Random pixels near the pixel are tried until `neighbours` similar ones are found, but at most `tries` × `neighbours`
+    /// pixels.
     #[default]
     Greedy,
 }
 
-/// Temporal reuse: a pixel merges the reservoir that its surface had in the previous frame.
+/// Settings of temporal reuse, in which a pixel merges the reservoir that its surface had in the previous frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Temporal {
-    /// Maximum confidence of the history, which is the reservoir of the previous frame. Unit: initial reservoirs. Higher:
-    /// less noise, but errors stay longer and frames are more correlated. Unbiased at any value.
+    /// Maximum confidence in a merge of the history, the reservoir that the pixel's surface had in the previous frame. Unit:
+    /// initial reservoirs. Higher: less noise, but errors stay longer and frames are more correlated. 0: no history.
+    /// Unbiased at any value.
     #[schemars(range(min = 0, max = 500))]
     pub confidence_cap: u32,
 }
@@ -79,40 +86,41 @@ impl Default for Temporal {
     }
 }
 
-/// Spatial reuse: a pixel merges reservoirs of neighbouring pixels.
+/// Settings of spatial reuse, in which a pixel merges the reservoirs of neighbouring pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Spatial {
-    /// Number of spatial passes per frame; each pass merges the results of the previous one. Cost: proportional to the
-    /// number. Unbiased at any value.
+    /// Number of spatial passes per frame. Each pass merges reservoirs that the pass before it has written. Cost:
+    /// proportional to the number. Unbiased at any value.
     #[schemars(range(min = 1, max = 8))]
     pub passes: u32,
-    /// Maximum number of neighbours that a pixel merges per pass. Cost: three evaluations of the target function each, but
-    /// no additional rays: a pairwise merge traces two rays for any number of neighbours. With `mis=balance`, evaluations
-    /// and rays grow with the square of the number. Unbiased at any value.
+    /// Maximum number of neighbours whose reservoirs a pixel merges per pass. Cost: three evaluations of the target function
+    /// per neighbour, but no additional rays: a pairwise merge traces two rays for any number of neighbours. With
+    /// `mis=balance`, evaluations and rays grow with the square of the number. Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
-    /// Maximum number of neighbours in the first pass for a surface without history: in the first frame, where something has
-    /// come into view, and everywhere with `temporal.confidence_cap=0`. If `neighbours` is larger, `neighbours` is used
-    /// instead. No effect unless `reuse=spatiotemporal`, and none with `mis=balance`, whose cost grows with the square.
-    /// Higher: less noise there. Cost: as for `neighbours`, in all pixels of the first frame and few pixels of later frames.
-    /// Unbiased at any value.
+    /// Maximum number of neighbours that a pixel merges in the first pass if its surface has no history: in the first frame,
+    /// where something has come into view, and everywhere with `temporal.confidence_cap=0`. If `neighbours` is larger, it is
+    /// used instead. No effect unless `reuse=spatiotemporal`, and none with `mis=balance`. Higher: less noise on these
+    /// surfaces. Cost: as for `neighbours`, in all pixels of the first frame and few pixels of later frames. Unbiased at any
+    /// value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours_without_history: u32,
-    /// Radius of the disc from which neighbours are drawn; half of them are drawn within a quarter of the radius. Unit:
-    /// pixels. Lower: more similar neighbours, so first frames have less noise; higher: neighbours have fewer samples in
-    /// common, so later frames have less noise.
+    /// Radius of the disc around a pixel in which its neighbours are drawn; half of them are drawn within a quarter of the
+    /// radius. Unit: pixels. Lower: more similar neighbours, so first frames have less noise; higher: neighbours have fewer
+    /// samples in common, so later frames have less noise. Unbiased at any value.
     #[schemars(range(min = 0.5, max = 1000.0))]
     pub radius: f32,
-    /// The search for neighbours among random pixels: `greedy` replaces pixels that are not similar enough, `random` leaves
-    /// them out.
+    /// The search for neighbours with similar surfaces among random pixels: `greedy` tries another pixel in place of one
+    /// that is not similar enough, `random` leaves it out. Unbiased either way.
     pub search: Search,
-    /// Maximum number of random pixels that are tried per neighbour with `search=greedy`. Higher: more neighbours are found.
+    /// Maximum number of random pixels that are tried per neighbour with `search=greedy`, until one is similar. Higher: more
+    /// neighbours are found at edges and on small surfaces. Unbiased at any value.
     #[schemars(range(min = 1, max = 16))]
     pub tries: u32,
-    /// Maximum confidence of a neighbour's reservoir. Unit: initial reservoirs. Lower: less noise in later frames, because
-    /// the history of the pixel, which fits its surface best, weighs more; higher: less noise in the first frames. Unbiased
-    /// at any value.
+    /// Maximum confidence of a neighbour's reservoir in a merge. Unit: initial reservoirs. Lower: less noise in later
+    /// frames, because the history of the pixel itself, which fits its surface best, has more weight; higher: less noise in
+    /// the first frames. Unbiased at any value.
     #[schemars(range(min = 1, max = 500))]
     pub confidence_cap: u32,
 }
@@ -131,20 +139,20 @@ impl Default for Spatial {
     }
 }
 
-/// Limits within which two surfaces are similar enough to reuse each other's samples. Stricter: less noise at edges, fewer
-/// neighbours. Unbiased at any value, since similarity does not depend on samples.
+/// Limits within which two surfaces are similar enough that one reuses the samples of the other. Stricter limits: less noise
+/// at edges, but fewer neighbours. Unbiased at any value, since similarity does not depend on samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Similar {
-    /// Largest angle between the normals of similar surfaces: shading normals, or geometric normals under a normal map.
-    /// Lower: less noise at edges, fewer neighbours. Unit: degrees.
+    /// Largest angle between the normals of similar surfaces. Unit: degrees. The shading normals are compared, or on
+    /// materials with a normal map the geometric normals. Lower: less noise at edges, fewer neighbours.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub normal: f32,
-    /// Largest difference between the distances of similar surfaces from the camera, as a fraction of the pixel's distance.
-    /// Lower: less noise at edges, fewer neighbours.
+    /// Largest difference between the distances of two similar surfaces from the camera, as a fraction of the distance of
+    /// the pixel that reuses. Lower: less noise at edges, fewer neighbours.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub depth: f32,
-    /// True if similar surfaces must have the same material.
+    /// True if surfaces are similar only if they have the same material; false if the material does not matter.
     pub material: bool,
 }
 
@@ -158,47 +166,53 @@ impl Default for Similar {
     }
 }
 
-/// The settings of resampling that direct light and indirect light both have, with separate values.
+/// The settings of resampling that direct light and indirect light both have. Each kind of light has separate values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Resampling {
-    /// The distribution from which the lights of light candidates are drawn. No effect on bias.
+    /// The method that draws the lights of light candidates, the points on lights among which resampling selects one. No
+    /// effect on bias.
     pub candidates: Candidates,
-    /// Number of light candidates per pixel and frame; for indirect light, the number of light samples from which each
-    /// vertex of a path selects one, unless `secondary=power`. Cost: one evaluation of the target function each, no ray.
-    /// Unbiased at any value.
+    /// Number of light candidates of each pixel in each frame. For indirect light, it is the number of light samples from
+    /// which each vertex of a path selects one, unless `secondary=power`. Cost: one evaluation of the target function per
+    /// candidate, no ray. Unbiased at any value.
     #[schemars(range(min = 1, max = 1024))]
     pub light_samples: u32,
-    /// Minimum probability of a ray to a rare emitter for a pixel; the probability itself for a vertex of a path. The
-    /// dimmest emitters are rare if they have less than 1/96 of all power together and less than 1/8 of the mean power each:
-    /// in resampling, brighter but hidden emitters would win against them. Rare emitters have separate candidates, without
-    /// reuse. 0: they are resampled like all other emitters. No effect unless `visibility=weights`. Unbiased at any value.
+    /// Minimum probability that a pixel traces a shadow ray to a rare emitter; a path vertex traces it with exactly this
+    /// probability. The dimmest emitters are rare if together they have less than 1/96 of all power and each has less than
+    /// 1/8 of the mean power: in resampling, brighter but hidden emitters would win against them. Rare emitters have
+    /// separate candidates, without reuse. 0: they are resampled like all other emitters. No effect unless
+    /// `visibility=weights`. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 0.95))]
     pub rare_lights: f32,
-    /// The reservoirs with which a pixel merges its initial reservoir. Unbiased at any value; for indirect light in motion,
-    /// only paths that reach a light from their second vertex are reused over time.
+    /// The reservoirs that a pixel merges with its initial reservoir: that of the previous frame, those of neighbours, both,
+    /// or none. Unbiased at any value. For indirect light in motion, only paths that reach a light directly from their
+    /// second vertex are reused over time.
     pub reuse: ReuseMode,
-    /// The MIS weights of the samples in a merge of reservoirs. `constant` is biased.
+    /// The MIS weights of samples in a merge of reservoirs. `constant` is cheapest, but biased. `balance` has the least
+    /// noise, but its cost grows with the square of the number of neighbours.
     pub mis: Mis,
-    /// The step at which a shadow ray tests the visibility of samples. `initial` and `none` are biased. Candidates of
-    /// indirect light are traced paths, which never reach hidden surfaces: for them only `weights` is unbiased.
+    /// The step of resampling at which shadow rays test whether samples are visible. `initial` and `none` are biased.
+    /// Candidates of indirect light are traced paths, which never reach hidden surfaces: for them only `weights` is
+    /// unbiased.
     pub visibility: Visibility,
-    /// Temporal reuse: the merge with the reservoir of the previous frame.
+    /// Settings of temporal reuse: the merge with the reservoir of the previous frame.
     pub temporal: Temporal,
-    /// Spatial reuse: the merge with the reservoirs of neighbouring pixels.
+    /// Settings of spatial reuse: the merge with the reservoirs of neighbouring pixels.
     pub spatial: Spatial,
-    /// Limits within which two surfaces are similar enough to reuse each other's samples.
+    /// Limits within which two surfaces are similar enough that one reuses the samples of the other.
     pub similar: Similar,
 }
 
 impl Resampling {
-    /// True if rare lights (lights of the dimmest emitters) have separate candidates, which are not reused.
+    /// True if rare lights (lights of the dimmest emitters) have separate candidates, which are not reused. If false, they
+    /// are resampled like all other lights.
     pub fn sets_rare_lights_apart(&self) -> bool {
         self.rare_lights > 0.0 && self.visibility == Visibility::Weights
     }
 
-    /// The maximum number of neighbours that any pixel merges in a spatial pass, whether its surface has a history or not.
-    /// Shaders are specialised for this number.
+    /// The maximum number of neighbours that a pixel merges in one spatial pass, with or without a reservoir of the previous
+    /// frame. It is a specialisation constant of the shaders, because it decides the size of their arrays.
     pub fn most_neighbours(&self) -> u32 {
         let Spatial {
             neighbours,
@@ -214,7 +228,7 @@ impl Resampling {
 }
 
 impl Default for Resampling {
-    /// The defaults of indirect light; `Direct::default` changes them for direct light.
+    /// The default values for indirect light. `Direct::default` replaces some of them by values for direct light.
     fn default() -> Self {
         Self {
             candidates: Candidates::Auto,

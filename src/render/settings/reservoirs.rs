@@ -1,49 +1,54 @@
-//! Settings of the layout of reservoirs in memory (`reservoirs.*`).
+//! Settings of the layout of reservoirs in memory (`reservoirs.*`): their contents, the order of pixels, and the arrangement
+//! of words.
 
 use crate::shader_interface::Format;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The layout of reservoirs in memory. It changes time and memory, not the light of the picture.
+/// Settings of the layout of reservoirs in memory. They change time and memory, not the light of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reservoirs {
-    /// The contents of a reservoir: `full` stores all values of a sample and costs memory, `compact` costs look-ups in the
-    /// scene.
+    /// The contents of a reservoir in memory: `full` stores all values of a sample and costs memory; `compact` stores fewer,
+    /// and shaders read the others from the scene, which costs time. No effect on bias.
     pub format: Format,
-    /// The order of pixels in memory: by row, by column, or in square tiles. No effect on the picture.
+    /// The order in which pixels are stored in buffers with one entry per pixel: by row, by column, or in square tiles. No
+    /// effect on the picture.
     pub order: Order,
-    /// The words that are adjacent in memory: with `aos`, all words of one reservoir; with `soa`, the first words of all
-    /// reservoirs, then all second words, and so on. No effect on the picture.
+    /// The arrangement of the 32-bit words of reservoirs. With `aos`, all words of one reservoir are adjacent in memory;
+    /// with `soa`, the first words of all reservoirs are adjacent, then all second words, and so on. No effect on the
+    /// picture.
     pub arrays: Arrays,
 }
 
-/// The words of reservoirs that are adjacent in memory.
+/// The arrangement of the 32-bit words of reservoirs in memory. It changes the time of memory access only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Arrays {
-    /// An array of structures: the words of one reservoir are adjacent.
+    /// An array of structures: all 32-bit words of one reservoir are adjacent in memory.
     #[default]
     Aos,
-    /// A structure of arrays: the first words of all reservoirs are adjacent, then all second words, and so on.
+    /// A structure of arrays: the first 32-bit words of all reservoirs are adjacent in memory, then all second words, and so
+    /// on.
     Soa,
 }
 
-/// The order of pixels in memory: `row`, `column`, or `swizzle:N` for square tiles of N × N pixels.
+/// The order in which pixels are stored in buffers with one entry per pixel. As text: `row`, `column`, or `swizzle:N` for
+/// square tiles of N × N pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Order {
-    /// Pixels are stored row by row.
+    /// Pixels are stored row by row, from the top of the picture.
     Row,
-    /// Pixels are stored column by column.
+    /// Pixels are stored column by column, from the left of the picture.
     Column,
-    /// Pixels are stored tile by tile. The value is the side of the square tiles in pixels, 1 to 64.
+    /// Pixels are stored tile by tile. The number is the side of the square tiles in pixels, from 1 to 64.
     Swizzle(u32),
 }
 
 impl Default for Order {
-    /// Tiles of 4 × 4 pixels, so that pixels that are neighbours in the picture are close in memory.
+    /// Tiles of 4 × 4 pixels, so that pixels that are close in the picture are also close in memory.
     fn default() -> Self {
         Self::Swizzle(4)
     }

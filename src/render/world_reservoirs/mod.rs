@@ -24,28 +24,30 @@ use table::{TableSize, WorldTable};
 /// The world reservoirs of a renderer: the reservoirs of path vertices, the table that finds them by position, and the
 /// constants that shaders read.
 pub struct WorldLight {
-    /// The reservoirs of path vertices: those that this frame writes, and those of the previous frame that it merges.
+    /// The reservoirs of path vertices, in two copies: vertices of this frame write one copy, and merge reservoirs of the
+    /// other copy, which the previous frame wrote.
     pub vertices: History<WorldVertices>,
-    /// The table that lists the reservoirs of each cell of space. It is made after the paths of a frame are traced, for the
-    /// next frame.
+    /// The table that lists the reservoirs of each cell of space. It is made after the paths of a frame are traced, so that
+    /// the next frame can find the reservoirs of this frame.
     pub table: WorldTable,
-    /// The settings and sizes that shaders read. The buffer addresses are zeros here; [`Self::begin_frame`] sets those of
-    /// each frame.
+    /// The settings and sizes that shaders read. The buffer addresses in it are zeros; [`Self::begin_frame`] writes the
+    /// addresses of each frame to a copy.
     pub constants: WorldConstants,
 }
 
-/// The number of world reservoirs of a picture and the size of their table, from which the sizes of the buffers follow.
+/// The number of world reservoirs (the reservoirs of path vertices) of a picture, and the size of the table that finds them.
+/// The sizes of all buffers follow from it.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldSize {
-    /// The number of vertices per path, from the second vertex on, that have a reservoir; 0 if there are no world
-    /// reservoirs.
+    /// The number of vertices of each path that have a world reservoir, counted from the second vertex on; 0 if there are no
+    /// world reservoirs.
     depth: u32,
     table: TableSize,
 }
 
 impl WorldSize {
-    /// The size for paths with at most `bounces` scattering events and a picture with `slots` slots for pixels (the pixels,
-    /// padded to whole tiles). If `is_used` is false, there are no world reservoirs.
+    /// Computes the size for paths with at most `bounces` scattering events. `slots` is the number of pixels, padded to
+    /// whole tiles. If `is_used` is false, there are no world reservoirs, and `bounces` has no effect.
     pub fn new(
         settings: &WorldReservoirsSettings,
         is_used: bool,
@@ -63,7 +65,8 @@ impl WorldSize {
         }
     }
 
-    /// Checks that the lists of the table can store the index of every vertex.
+    /// Checks that an entry in the lists of the table can store the index of every vertex, for which it has
+    /// `WORLD_VERTEX_BITS` bits.
     ///
     /// # Errors
     /// There are more vertices than an index of `WORLD_VERTEX_BITS` bits can name.
@@ -78,7 +81,8 @@ impl WorldSize {
         )))
     }
 
-    /// The names and the sizes in bytes of the buffers of one frame: the points of the vertices, then their light samples.
+    /// The names and the sizes in bytes of the two buffers of one copy of the reservoirs: the points of the vertices, then
+    /// their light samples. There are two copies, one per frame.
     pub fn vertex_bytes(&self) -> [(&'static str, u64); 2] {
         let vertices = self.table.vertices.max(1);
         [
@@ -96,8 +100,9 @@ impl WorldSize {
 }
 
 impl WorldLight {
-    /// Makes the reservoirs and their table. With `by_address`, shaders reach the reservoirs by buffer address, which avoids
-    /// the device's limit on bound bytes. `pass` makes the compute pass with a given name.
+    /// Makes the buffers of the reservoirs, and the table that finds them. If `by_address` is true, shaders reach the
+    /// reservoirs by buffer address, so that the device's limit on bound bytes does not matter; otherwise by bindings.
+    /// `pass` makes the compute pass with a given name.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.
@@ -158,15 +163,16 @@ impl WorldLight {
         })
     }
 
-    /// Advances the reservoirs to the next frame, and writes the buffer addresses of the previous and of the current frame
-    /// to `constants`.
+    /// Exchanges the two copies of the reservoirs at the start of a frame: the reservoirs of the last frame become the
+    /// previous ones. Writes the buffer addresses of both copies to `constants`, the constants of the new frame.
     pub fn begin_frame(&self, constants: &mut WorldConstants) {
         self.vertices.advance();
         constants.previous = self.vertices.last().addresses;
         constants.current = self.vertices.current().addresses;
     }
 
-    /// All buffers of world reservoirs: those of both frames, then those of the table. A restart clears them.
+    /// All buffers of world reservoirs, so that a restart can clear them: those of both copies of the reservoirs, then those
+    /// of the table.
     pub fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let vertices = self.vertices.all().iter();
         vertices

@@ -1,19 +1,21 @@
-//! Exclusive prefix sums on the device: each value of an array becomes the sum of the values before it.
+//! Exclusive prefix sums on the device: each value of an array is replaced by the sum of all values before it. World
+//! reservoirs need them.
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Recording, in_rows};
 use crate::shader_interface::{PREFIX_BLOCK, PrefixLevel};
 
 crate::bindings! {
-    /// Bindings of the passes `prefix_sum` and `prefix_add`: the buffer of words whose values become sums.
+    /// Bindings of the passes `prefix_sum` and `prefix_add`: the buffer of 32-bit integers whose values are replaced by
+    /// sums.
     pub struct PrefixValues {
         write values,
     }
 }
 
 /// The two passes of a prefix sum over a fixed number of values, and the levels on which they run: the values, the sums of
-/// blocks of values, and so on. The table of world reservoirs uses it to turn the lengths of lists into the indices at which
-/// the lists begin.
+/// blocks of values, and so on. The table of world reservoirs uses it to compute from the lengths of lists the indices at
+/// which the lists begin.
 pub struct PrefixSum {
     sum: ComputePass,
     add: ComputePass,
@@ -21,8 +23,8 @@ pub struct PrefixSum {
 }
 
 impl PrefixSum {
-    /// Makes the passes that sum `count` values of a buffer, from the index `first` on. `pass` makes the compute pass with a
-    /// given name.
+    /// Makes the passes that sum `count` values of a buffer. The first of these values has the index `first` in the buffer.
+    /// `pass` makes the compute pass with a given name.
     ///
     /// # Errors
     /// The errors of `pass`.
@@ -40,15 +42,15 @@ impl PrefixSum {
         })
     }
 
-    /// The number of words that a buffer needs from the first value on, for sums of `count` values: the values, the sums of
-    /// their blocks, the sums of blocks of these sums, and so on.
+    /// The number of words that a buffer must have from the first value on, so that `count` values can be summed. They are
+    /// the values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
         // The sum of the last block is written too.
         last.map_or(0, |[_, _, sums]| sums) + 1
     }
 
-    /// Records the passes that replace each value in the buffer `values` by the sum of the values before it.
+    /// Records the passes that replace each of the values in the buffer `values` by the sum of the values before it.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
@@ -66,8 +68,9 @@ impl PrefixSum {
     }
 }
 
-/// The levels of a prefix sum of `count` values: the values, the sums of their blocks, and so on, down to a single block.
-/// Each level is the index of its first value, its number of values, and the index of the sum of its first block.
+/// The levels of a prefix sum of `count` values: the values, the sums of blocks of `PREFIX_BLOCK` values, and so on, until a
+/// level is a single block. Each entry has three numbers: the index of the level's first value, the number of its values,
+/// and the index of the sum of its first block.
 fn levels(count: u64) -> Vec<[u64; 3]> {
     let mut levels = Vec::new();
     let (mut first, mut count) = (0, count);

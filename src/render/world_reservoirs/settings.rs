@@ -3,23 +3,24 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The MIS weights with which path vertices merge world reservoirs.
+/// The MIS weights with which path vertices merge world reservoirs, the reservoirs that vertices of the previous frame
+/// stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WorldMode {
-    /// Each sample is weighted by its target function at all merged vertices: unbiased.
+    /// The weight of a sample follows from its target function at the merged vertices (defensive weights): unbiased.
     #[default]
     Unbiased,
-    /// Each sample is weighted by the confidence of its reservoir alone: biased, as published.
+    /// The weight of a sample follows from the confidence of its reservoir alone: biased, as published (Boissé 2021).
     Published,
 }
 
-/// The light sample that a path vertex stores for vertices of the next frame.
+/// The light sample that a path vertex stores in its world reservoir, so that vertices of the next frame can merge it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WorldStores {
-    /// The sample that a matte white surface at the vertex would select from the light candidates of the vertex. No sample
-    /// is passed on from frame to frame, as published.
+    /// The sample that a matte white surface at the vertex would select from the vertex's own light candidates, as published
+    /// (Boissé 2021). So no sample is passed on over several frames.
     Initial,
     /// The sample that the merge selected, so that samples are passed on from frame to frame. A merge weights each stored
     /// sample as if a matte white surface had selected it. Metal and surfaces with interpolated normals can never select
@@ -29,8 +30,8 @@ pub enum WorldStores {
     Merged,
 }
 
-/// World reservoirs: path vertices store reservoirs in cells of space, and vertices of the next frame merge them with their
-/// own light samples.
+/// Settings of world reservoirs: path vertices store light samples in cells of space, and vertices of the next frame merge
+/// the samples of their cell with their own light samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WorldReservoirsSettings {
@@ -39,37 +40,41 @@ pub struct WorldReservoirsSettings {
     pub mode: WorldMode,
     /// The light sample that a vertex stores for vertices of the next frame. No effect on bias.
     pub stores: WorldStores,
-    /// Size of a cell, in pixels; in the scene, the size is rounded up or down at random to a power of two. Higher: more
-    /// reservoirs to choose from, which fit less well. Unbiased at any value.
+    /// Side of a cell of space, as the number of pixels that it spans in the picture. In the scene, the side is rounded to
+    /// the next lower or higher power of two, at random. Higher: a vertex can choose from more reservoirs, which fit it less
+    /// well. Unbiased at any value.
     #[schemars(range(min = 1, max = 4096))]
     pub cell: u32,
-    /// Number of bins of normals along each side of the octahedral map: 8 means 64 bins; 1: normals do not matter. Higher:
-    /// reservoirs that fit better, but fewer of them. Unbiased at any value.
+    /// Number of bins of normals along each side of the octahedral map: 8 means 64 bins. A vertex merges only reservoirs in
+    /// the bin of its own normal; 1: normals do not matter. Higher: reservoirs that fit better, but fewer of them. Unbiased
+    /// at any value.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
-    /// Width of the range around a vertex from which it selects a cell at random. Unit: cells. Lower: the borders of cells
-    /// show in the noise. Unbiased at any value.
+    /// Width of the range around a vertex from which it selects the cell of the reservoirs that it merges, at random. Unit:
+    /// cells. Lower: the borders of cells show in the noise. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 16.0))]
     pub jitter: f32,
-    /// Maximum number of world reservoirs that a vertex merges with its own light sample. Cost: three evaluations of the
-    /// target function each, no ray. Unbiased at any value.
+    /// Maximum number of world reservoirs that a vertex merges with its own light sample. Higher: each vertex benefits from
+    /// more light samples. Cost: three evaluations of the target function per reservoir, no ray. Unbiased at any value.
     #[schemars(range(min = 1, max = 16))]
     pub merged: u32,
-    /// Maximum confidence of each merged reservoir. Unit: all light samples of a vertex together. Higher: less noise, but
-    /// errors stay longer. No effect with `stores=initial`, where the confidence is 1. Unbiased at any value.
+    /// Maximum confidence of each merged reservoir in a merge, where 1 is the confidence of all light samples of a vertex
+    /// together. Higher: less noise, but errors stay longer. No effect with `stores=initial`, where the confidence is 1.
+    /// Unbiased at any value.
     #[schemars(range(min = 1, max = 500))]
     pub confidence_cap: u32,
-    /// Number of slots in the table of cells, per vertex of a frame; the total is rounded up to a power of two. Lower: less
-    /// memory, but cells without a slot are left out, which gives more noise. Unbiased at any value.
+    /// Number of slots in the table that finds cells, divided by the number of vertices of a frame; the number of slots is
+    /// rounded up to a power of two. Each slot can store one cell. Lower: less memory, but the reservoirs of cells without a
+    /// slot are not used, so there is more noise. Unbiased at any value.
     #[schemars(range(min = 1e-9, max = 1000.0))]
     pub table: f64,
-    /// Minimum number of lights for world reservoirs; rare lights and infinitely distant lights do not count. A scene with a
-    /// single emitter group, of any number of triangles, has no world reservoirs either. With few lights, the candidates of
-    /// a vertex find the right ones. 0: every scene has world reservoirs.
+    /// Minimum number of lights in a scene with which it has world reservoirs; rare lights and infinitely distant lights do
+    /// not count. With fewer lights, the candidates of a vertex find the right ones. A scene with a single emitter group, of
+    /// any number of triangles, has no world reservoirs either. 0: every scene has world reservoirs.
     #[schemars(range(min = 0, max = 1000000000))]
     pub min_lights: u32,
-    /// Number of vertices per path, from the second vertex on, that have reservoirs. Cost: about 74 bytes per pixel for each
-    /// vertex. Unbiased at any value.
+    /// Maximum number of vertices of each path that store and merge world reservoirs, counted from the second vertex on.
+    /// Higher: later vertices have less noise. Cost: about 74 bytes per pixel for each vertex. Unbiased at any value.
     #[schemars(range(min = 1, max = 1000))]
     pub depth: u32,
 }

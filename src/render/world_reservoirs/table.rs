@@ -1,4 +1,5 @@
-//! The table of world reservoirs: a list of path vertices for each cell of space, made on the device.
+//! The table of world reservoirs (the reservoirs of path vertices): a list of the vertices in each cell of space, made on
+//! the device.
 //!
 //! Each vertex has the key of its cell. `world_insert` puts the keys into buckets, `world_count` counts the vertices of each
 //! cell, a prefix sum turns the counts into the beginnings of lists, and `world_scatter` writes the vertices into the lists
@@ -11,7 +12,7 @@ use crate::shader_interface::{TILE, WorldConstants};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `world_insert`, which puts the keys of cells into the buckets of the table.
+    /// Bindings of the pass `world_insert`, which stores the keys of all cells with a vertex in the buckets of the table.
     pub struct InsertCells {
         uniform restir,
         read world_keys,
@@ -20,7 +21,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `world_count`, which counts the vertices of each cell.
+    /// Bindings of the pass `world_count`, which counts the vertices of each cell, and replaces the key of each vertex by
+    /// the slot of its cell.
     pub struct CountVertices {
         uniform restir,
         write world_keys,
@@ -30,7 +32,7 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `world_scatter`, which writes the indices of vertices into the lists of their cells.
+    /// Bindings of the pass `world_scatter`, which writes the index of each vertex into the list of the vertex's cell.
     pub struct ScatterVertices {
         uniform restir,
         read world_keys,
@@ -40,25 +42,28 @@ crate::bindings! {
     }
 }
 
-/// The maximum number of slots of a bucket. Higher: buckets drop fewer cells, but a look-up compares more keys.
+/// The maximum number of slots of a bucket, each of which stores one cell. Higher: fewer cells find no slot in their bucket,
+/// but a look-up compares more keys.
 const BUCKET_SLOTS: u64 = 8;
 
-/// The dimensions of a table that maps cells of space to lists of vertices.
+/// The size of a table that finds the list of path vertices of a cell of space by the key of the cell. The table is divided
+/// into buckets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableSize {
-    /// The number of vertices that have reservoirs in a frame. If it is 0, there are no world reservoirs, and no pass uses
+    /// The number of vertices of a frame that have reservoirs. If it is 0, there are no world reservoirs, and no pass uses
     /// the table.
     pub vertices: u64,
-    /// The number of buckets, a power of two. The key of a cell selects one bucket, so that a look-up reads only that
-    /// bucket.
+    /// The number of buckets, a power of two. The key of a cell decides its bucket, so that a look-up of the cell reads only
+    /// this bucket.
     pub buckets: u64,
-    /// The number of slots per bucket, a power of two. Each slot can hold one cell.
+    /// The number of slots per bucket, a power of two. Each slot can store one cell. Cells for which their bucket has no
+    /// slot are dropped.
     pub bucket_slots: u64,
 }
 
 impl TableSize {
-    /// The size of a table for `vertices` vertices, with `fraction` slots per vertex; the total number of slots is rounded
-    /// up to a power of two.
+    /// Computes the size of a table for `vertices` vertices. The number of slots is `vertices` × `fraction`, rounded up to a
+    /// power of two.
     pub fn new(vertices: u64, fraction: f64) -> Self {
         let slots = (vertices as f64 * fraction).ceil().max(1.0) as u64;
         // Sizes near 2⁶⁴ are refused like all that are too large.
@@ -91,7 +96,8 @@ impl TableSize {
         ]
     }
 
-    /// Writes the numbers of vertices, buckets and slots per bucket to the constants that shaders read.
+    /// Writes the number of vertices, the number of buckets, and the number of slots per bucket to `constants`, which
+    /// shaders read.
     pub fn write(&self, constants: &mut WorldConstants) {
         constants.vertices = self.vertices as u32;
         constants.buckets = self.buckets as u32;
@@ -99,19 +105,21 @@ impl TableSize {
     }
 }
 
-/// The table of world reservoirs on the device: its buffers, and the passes that fill them. The passes exist only if some
-/// path vertices have reservoirs.
+/// The table of world reservoirs on the device: its buffers, and the passes that fill them in each frame. If no path
+/// vertices have reservoirs, there are no passes, and the buffers are minimal.
 pub struct WorldTable {
     passes: Option<Passes>,
     groups: [u32; 3],
-    /// One word per vertex: the key of its cell, 0 if the vertex has no cell. `world_count` replaces a key by the slot of
-    /// the cell plus 1, or by 0 if the table has no slot for the cell.
+    /// One word per vertex: the key of its cell, or 0 if the vertex has no cell. Then `world_count` replaces the key by the
+    /// slot of the cell plus 1, or by 0 if the table has no slot for the cell.
     pub keys: Buffer,
-    /// First one word per slot: the key of its cell, 0 if the slot is free. Then one word per slot: the index in `list` at
-    /// which the list of its cell begins. The end of the buffer holds sums of blocks for the prefix sum.
+    /// First one word per slot: the key of its cell, or 0 if the slot is free. Then one word per slot, and one more: the
+    /// index in `list` at which the list of the slot's cell begins, which is also where the list before it ends. The rest of
+    /// the buffer is used by the prefix sum.
     pub cells: Buffer,
     /// The lists of all cells, one after the other. An entry is the index of a vertex plus 1 in the lower
-    /// `WORLD_VERTEX_BITS` bits, with random bits above; 0 is a gap.
+    /// `WORLD_VERTEX_BITS` bits, with random bits above; 0 is an entry without a vertex. If two vertices get the same entry,
+    /// the larger value stays.
     pub list: Buffer,
 }
 
@@ -123,8 +131,8 @@ struct Passes {
 }
 
 impl WorldTable {
-    /// Makes the buffers of the table, and the passes if there are vertices. `pass` makes the compute pass with a given
-    /// name.
+    /// Makes the buffers of the table. If there are vertices, it also makes the passes that fill the buffers. `pass` makes
+    /// the compute pass with a given name.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.
@@ -152,7 +160,7 @@ impl WorldTable {
         })
     }
 
-    /// True if there are world reservoirs, so that passes make and read the table.
+    /// True if there are world reservoirs. Only then do passes make and read the table.
     pub fn is_used(&self) -> bool {
         self.passes.is_some()
     }
@@ -162,15 +170,16 @@ impl WorldTable {
         [&self.keys, &self.cells, &self.list]
     }
 
-    /// Records that all keys are set to 0, so that vertices which no path reaches have no cell. The pass that writes keys
-    /// follows.
+    /// Records that all keys are set to 0, so that vertices which no path reaches have no cell. It must be recorded before
+    /// the pass that traces paths and writes the keys of their vertices.
     pub fn begin<'a>(&'a self, recording: &mut Recording<'a>) {
         if self.is_used() {
             recording.clear(&self.keys);
         }
     }
 
-    /// Records the passes that make the lists of vertices from their keys. `restir` is the buffer of the frame's constants.
+    /// Records the passes that make the list of vertices of each cell, from the keys that the paths of this frame have
+    /// written. `restir` is the buffer of the frame's constants. Without world reservoirs, it records nothing.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.

@@ -1,13 +1,16 @@
-//! The world reservoirs of a frame, and the bindings or buffer addresses by which shaders find them.
+//! The world reservoirs of a frame (the reservoirs of path vertices), and the bindings or buffer addresses by which shaders
+//! read and write them.
 
 use crate::gpu::{Buffer, Resource};
 use crate::render::history::History;
 use crate::shader_interface::WorldAddresses;
 
-/// The world reservoirs of one frame: first those of the second vertex of every pixel's path, by slot, then those of the
-/// third, and so on. Points and samples are in separate buffers, because a device may bind too few bytes for both together.
+/// The world reservoirs of one frame, one per path vertex: first those of the second vertices of all paths, in the order of
+/// pixel slots, then those of the third vertices, and so on. Points and samples are in separate buffers, because a device
+/// may be unable to bind both together.
 pub struct WorldVertices {
-    /// The position and normal of each vertex, as an array of `GpuGridPoint`.
+    /// The position and the normal of each vertex, as an array of `GpuGridPoint`, in the device's world space and unit of
+    /// length.
     pub points: Buffer,
     /// The light sample, contribution weight and confidence of each vertex, as an array of `GpuWorldSample` in the order of
     /// `points`.
@@ -17,14 +20,14 @@ pub struct WorldVertices {
 }
 
 impl History<WorldVertices> {
-    /// The reservoirs of the previous frame, which the vertices of this frame merge. In the first frame they are empty,
-    /// since a restart clears both copies.
+    /// The reservoirs of the previous frame, which vertices of this frame merge. In the first frame, and in the first one
+    /// after a restart, they are empty: a restart clears both copies.
     pub fn last(&self) -> &WorldVertices {
         self.spare()
     }
 
-    /// The buffers of both frames by the names of their bindings, for shaders that do not use addresses. Shaders only read
-    /// the buffers of the previous frame.
+    /// The buffers of the reservoirs of both frames, each with the name of its binding, for shaders that do not use
+    /// addresses. Those of the previous frame are bound for reading, those of this frame for writing.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let (previous, current) = (self.last(), self.current());
         vec![

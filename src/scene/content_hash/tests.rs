@@ -178,7 +178,8 @@ fn every_value_counts() {
     assert_eq!(seen.len(), all);
 }
 
-/// A scene with two images, whose material has a texture in each of its four slots.
+/// A scene whose material has a texture for each of its four values: base colour, metalness with roughness, normals, and
+/// emission. The scene has two images, of which the textures use the first.
 fn textured() -> Scene {
     let image = |value| Image {
         name: "i".into(),

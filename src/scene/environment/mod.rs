@@ -1,4 +1,5 @@
-//! Environments: light from infinitely far away, as an image over the sphere. A file or a generated sky gives the image.
+//! Environments: light from infinitely far away, as an image over the sphere of directions. The image is read from a file,
+//! or computed by a model of the sky.
 
 pub mod sky;
 
@@ -9,30 +10,32 @@ use glam::Vec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// The maximum number of texels (width × height) of an environment. This many take 1.5 GiB on the device, and their indices
-/// fit into the 29 bits that a light sample has for them.
+/// The maximum number of texels (width × height) of an environment's image. This many take 1.5 GiB on the device, and a
+/// light sample can store the index of a texel in the 29 bits that it has for it.
 pub(crate) const MAX_TEXELS: u64 = 1 << 26;
 
 /// Light from infinitely far away: an image of radiance over the sphere of directions, by longitude and latitude.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
-    /// The name for messages: the file, or the parameters of a generated sky.
+    /// The name for messages: the path of the file, or the parameters of a generated sky.
     pub name: String,
-    /// Width of the image in texels, which cover the full circle of longitudes.
+    /// Width of the image in texels. A row of texels covers the full circle of longitudes.
     pub width: u32,
-    /// Height of the image in texels, which cover the latitudes from the zenith to the nadir.
+    /// Height of the image in texels. A column of texels covers the latitudes from the zenith to the nadir.
     pub height: u32,
-    /// Linear RGB radiance ≥ 0 before [`Environment::intensity`], row by row. Row 0 is at the zenith (+Y); the middle column
-    /// is seen along −Z, and columns go on to the right as seen from within. Lookups interpolate between texels' centres.
+    /// Linear RGB radiance of each texel, at least 0, row by row; it is multiplied by [`Environment::intensity`]. Row 0 is
+    /// at the zenith (+Y). The middle column is seen along −Z, and higher columns are to the right of it, as seen from
+    /// within. Look-ups interpolate between the centres of texels.
     pub texels: Arc<[Vec3]>,
-    /// Rotation of the image around +Y in degrees, counter-clockwise seen from above: 90 turns the middle column to −X.
+    /// Rotation of the image around +Y in degrees, counter-clockwise seen from above: with 90, the middle column is seen
+    /// along −X.
     pub rotation: f64,
-    /// Factor on the radiance of all texels; 0 switches the environment off.
+    /// Factor by which the radiance of all texels is multiplied; 0 switches the environment off.
     pub intensity: f32,
 }
 
 impl Environment {
-    /// Checks the number of texels and their radiance.
+    /// Checks that the number of texels is valid, and that the radiance of each texel is in range.
     ///
     /// # Errors
     /// The number of texels is 0, above 2²⁶ or not width × height, or a radiance is NaN, negative or above [`BRIGHTEST`].
@@ -56,7 +59,8 @@ impl Environment {
         Ok(())
     }
 
-    /// The solid angle of each texel in the row with the index `row`, in steradians: the texel's weight in integrals.
+    /// The solid angle of each texel in the row with the index `row`, in steradians. It is the weight of such a texel in
+    /// integrals over the sphere.
     pub fn solid_angle(&self, row: u32) -> f64 {
         // By the product, because differences of cosines cancel near the poles.
         let (middle, half) = (
@@ -66,8 +70,9 @@ impl Environment {
         TAU / f64::from(self.width) * 2.0 * middle.sin() * half.sin()
     }
 
-    /// The mean of the interpolated radiance over each texel, row by row, without the intensity. Light samples draw texels
-    /// in proportion to it, so that a black texel beside a bright one can be drawn too.
+    /// For each texel, the mean over its area of the interpolated RGB radiance, row by row from the zenith, before
+    /// [`Self::intensity`]. Light samples draw texels in proportion to its luminance, so that they also draw black texels
+    /// into which the light of a bright neighbour is interpolated.
     pub fn means(&self) -> Vec<Vec3> {
         let (width, height) = (self.width as usize, self.height as usize);
         let across = |row: usize| -> Vec<Vec3> {
@@ -90,9 +95,9 @@ impl Environment {
         means
     }
 
-    /// Two integrals over the sphere: of the luminance, in radiance × sr, and of its square, both with the intensity. The
-    /// first one gives the environment's power. The second one divided by the first one is the mean luminance of a light
-    /// sample that is drawn in proportion to luminance.
+    /// Two integrals over the sphere, both with the intensity: first of the luminance, then of the squared luminance. The
+    /// first one, in radiance × sr, decides the environment's power as a light. The second one divided by the first one is
+    /// the mean luminance of light samples that are drawn in proportion to luminance.
     pub fn integrals(&self) -> (f64, f64) {
         let (mut integral, mut squares) = (0.0, 0.0);
         for (index, mean) in self.means().into_iter().enumerate() {
@@ -104,13 +109,13 @@ impl Environment {
         (integral, squares)
     }
 
-    /// The largest radiance of all texels and channels, with the intensity.
+    /// The largest value in any channel (red, green or blue) of any texel, multiplied by the intensity.
     pub fn brightest(&self) -> f32 {
         let brightest = self.texels.iter().map(|texel| texel.max_element());
         self.intensity * brightest.fold(0.0, f32::max)
     }
 
-    /// True if the environment emits light: its intensity is not 0, and some texel is not black.
+    /// True if the environment emits light: its intensity is above 0, and at least one texel is not black.
     pub fn is_lit(&self) -> bool {
         self.brightest() > 0.0
     }

@@ -11,25 +11,29 @@ use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The luminance, in kcd/m², that a radiance of 1 stands for in a generated sky. With 10, most of a clear sky is below 1; a
-/// larger value makes the sky darker.
+/// The luminance, in kcd/m², that a radiance of 1 in the image of a generated sky stands for. With 10, most of a clear sky
+/// is below 1. Higher: a darker image.
 const KILOCANDELAS: f64 = 10.0;
 
-/// The angular radius of the sun's disc as seen from the ground, in radians.
+/// The angular radius of the sun's disc as seen from the ground, in radians: half of its apparent diameter.
 const SUN_RADIUS: f64 = 0.2665 * PI / 180.0;
 
-/// The parameters of a generated sky, which the user gives as `sky:KEY=VALUE,KEY=VALUE`.
+/// The parameters of a generated sky. The user writes them as `sky:KEY=VALUE,KEY=VALUE`, with the names of the fields as
+/// keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// Elevation of the sun above the horizon in degrees, in [0, 90].
+    /// Elevation of the sun above the horizon in degrees, in [0, 90]; 90 is the zenith.
     pub sun: f64,
-    /// Azimuth of the sun in degrees, in [−360, 360]: 0 is −Z, and it grows clockwise seen from above.
+    /// Azimuth of the sun in degrees, in [−360, 360]. At 0, the sun is seen along −Z; a higher value moves it clockwise, as
+    /// seen from above.
     pub azimuth: f64,
-    /// Turbidity: the haze of the air, in [2, 10]. 2 is very clear, 10 hazy; more haze dims the sun.
+    /// Turbidity, a measure of the haze of the air, in [2, 10]: 2 is very clear, 10 is hazy. Higher: a dimmer sun.
     pub turbidity: f64,
-    /// Albedo of the grey ground below the horizon, in [0, 1]; with 0 the ground is black.
+    /// Albedo of the grey ground below the horizon, in [0, 1]: the fraction of light that it reflects. With 0 the ground is
+    /// black.
     pub ground: f64,
-    /// Width of the image in texels, an integer in [64, 8192]. The height is half of it, rounded up.
+    /// Width of the environment's image in texels, an integer in [64, 8192]. The height of the image is half of it, rounded
+    /// up.
     pub width: f64,
 }
 
@@ -41,8 +45,9 @@ const KEYS: [(&str, f64, f64); 5] = [
     ("width", 64.0, 8192.0),
 ];
 
-/// Parses the parameters of a sky: `KEY=VALUE` pairs, separated by commas, after an optional colon. The keys are the fields
-/// of [`Sky`]. A missing key has its default: `sun=40,azimuth=30,turbidity=3,ground=0.3,width=1024`.
+/// Parses the parameters of a sky: `KEY=VALUE` pairs that are separated by commas; a colon may come before the first pair.
+/// The keys are the names of the fields of [`Sky`]. A missing key has its default:
+/// `sun=40,azimuth=30,turbidity=3,ground=0.3,width=1024`.
 ///
 /// # Errors
 /// A part is not `KEY=VALUE`, a key is unknown, or a value is not a number or out of range.
@@ -83,7 +88,7 @@ pub fn parse(text: &str) -> Result<Sky> {
     })
 }
 
-/// The environment of the sky with these parameters, in the syntax of [`parse`].
+/// The environment with the image of the sky that `parameters` describe, in the syntax of [`parse`].
 ///
 /// # Errors
 /// The parameters are invalid, as described at [`parse`].
@@ -92,8 +97,9 @@ pub fn generate(parameters: &str) -> Result<Environment> {
 }
 
 impl Sky {
-    /// The sky, its sun and the ground as an image, with an empty name and the intensity 1. The irradiance of the sun is the
-    /// same at every resolution of the image.
+    /// Computes the image of the sky, its sun and the ground. The environment has an empty name, no rotation and the
+    /// intensity 1. The sun gives the same irradiance at every resolution of the image, also if its disc is smaller than a
+    /// texel.
     pub fn environment(&self) -> Environment {
         let width = self.width as u32;
         let mut environment = Environment {
@@ -152,7 +158,8 @@ impl Sky {
     }
 }
 
-/// The unit direction of two angles in radians: `around` from −Z, clockwise seen from above, and `down` from the zenith.
+/// The unit vector of the direction with two given angles in radians. `around` is the angle from −Z around the vertical
+/// axis, clockwise seen from above. `down` is the angle from the zenith (+Y).
 fn direction(around: f64, down: f64) -> DVec3 {
     DVec3::new(
         down.sin() * around.sin(),
@@ -161,8 +168,9 @@ fn direction(around: f64, down: f64) -> DVec3 {
     )
 }
 
-/// The fraction of a texel that the sun's disc covers, in [0, 1], found with points on a grid. `sun` is the direction of the
-/// sun; `at` returns the direction of a point from its two coordinates in the texel, each in [0, 1].
+/// The fraction of a texel's area that the sun's disc covers, in [0, 1], estimated from a grid of 32 × 32 points. `sun` is
+/// the unit direction of the sun. `at` returns the unit direction of a point of the texel from the two coordinates of the
+/// point, each in [0, 1].
 fn fraction_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     const SIDE: u32 = 32;
     let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
@@ -171,8 +179,9 @@ fn fraction_of_disc(sun: DVec3, at: impl Fn([f64; 2]) -> DVec3) -> f64 {
     inside.count() as f64 / f64::from(SIDE * SIDE)
 }
 
-/// The linear RGB irradiance of a surface that faces the sun. Its unit is radiance × sr, where a radiance of 1 stands for
-/// [`KILOCANDELAS`]. `elevation` is the sun's elevation in degrees, and `turbidity` the haze as in [`Sky::turbidity`].
+/// The linear RGB irradiance that the sun alone causes on a surface that faces it. Its unit is radiance × sr, where a
+/// radiance of 1 stands for [`KILOCANDELAS`]. `elevation` is the sun's elevation in degrees, and `turbidity` the haze of the
+/// air as in [`Sky::turbidity`].
 fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     // Air mass (Kasten and Young 1989), and the optical thickness of clean, dry air.
     let mass = 1.0 / (elevation.to_radians().sin() + 0.50572 * (elevation + 6.07995).powf(-1.6364));
@@ -187,12 +196,12 @@ fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     tint * (luminance / tint.dot(DVec3::new(0.2126, 0.7152, 0.0722)))
 }
 
-/// The light of the clear sky without the sun's disc. The luminance Y and the chromaticities x and y each follow a Perez
-/// function ([`perez`]) of the direction.
+/// The light of the clear sky without the sun's disc. The colour of a direction is given by its luminance Y and its
+/// chromaticities x and y (CIE xyY). Each of the three is a factor times the function [`perez`] with its own coefficients.
 struct Dome {
     coefficients: [[f64; 5]; 3],
-    /// Factors of the Perez functions of Y (in kcd/m²), x and y: the value at the zenith, divided by the function's value at
-    /// the zenith.
+    /// The factor of [`perez`] for Y (in kcd/m²), x and y: the wanted value at the zenith, divided by the value of [`perez`]
+    /// at the zenith.
     scale: [f64; 3],
 }
 
@@ -251,8 +260,9 @@ impl Dome {
         }
     }
 
-    /// The linear RGB radiance of the sky in one direction, in units of [`KILOCANDELAS`]. `cosine` and `sun_cosine` are the
-    /// cosines of the direction's angles to the zenith and to the sun.
+    /// The linear RGB radiance of the sky in one direction; a radiance of 1 stands for [`KILOCANDELAS`]. `cosine` is the
+    /// cosine of the angle between the direction and the zenith, `sun_cosine` that of the angle between the direction and
+    /// the sun.
     fn radiance(&self, cosine: f64, sun_cosine: f64) -> DVec3 {
         let [luminance, x, y] = std::array::from_fn(|i| {
             self.scale[i] * perez(&self.coefficients[i], cosine.max(0.01), sun_cosine)
@@ -268,8 +278,9 @@ impl Dome {
     }
 }
 
-/// The distribution of luminance over the sky (Perez et al. 1993), up to a factor. The numbers a to e are its coefficients;
-/// `cosine` and `sun_cosine` are the cosines of a direction's angles to the zenith and to the sun.
+/// The relative brightness of the sky in one direction (Perez et al. 1993); a factor gives it a unit. The numbers `a` to `e`
+/// are the coefficients of the model. `cosine` is the cosine of the angle between the direction and the zenith, `sun_cosine`
+/// that of the angle between the direction and the sun.
 fn perez([a, b, c, d, e]: &[f64; 5], cosine: f64, sun_cosine: f64) -> f64 {
     let angle = sun_cosine.clamp(-1.0, 1.0).acos();
     (1.0 + a * (b / cosine).exp()) * (1.0 + c * (d * angle).exp() + e * sun_cosine * sun_cosine)

@@ -15,8 +15,9 @@ const COARSE_LIGHT: f64 = 2.5e-5;
 /// surface may be wrong by more than 5 %. The scene has then passed a limit.
 const SMALLEST_HEIGHT: f64 = 2e-6;
 
-/// The largest ratio of an emitter's size to its height above a surface. Emitters with a larger ratio are not reported as
-/// too close, because only a small part of them is at that height.
+/// The largest ratio of an emitter's size (the diagonal of its bounding box) to its distance from a surface at which the
+/// emitter can be reported as too close. Larger emitters are not reported, because only a small part of such an emitter is
+/// so close to any one point of the surface.
 const SMALL: f64 = 20.0;
 
 /// A light that is too close to a surface: positions in f32 are then too coarse to light the surface exactly.
@@ -48,7 +49,8 @@ impl fmt::Display for CloseLight {
     }
 }
 
-/// A light that may be close to a surface: a point or spot, or an emitter of triangles that is small enough.
+/// A light that may be too close to a surface: a point, a spot, or an emissive part of an instance that is not too large for
+/// a report (see [`SMALL`]).
 struct Candidate {
     at: DVec3,
     /// The distance in scene units below which a surface is too close to the light: [`COARSE_LIGHT`] × `away`.
@@ -57,15 +59,17 @@ struct Candidate {
     away: f64,
     /// The diagonal of the emitter's bounding box in scene units; 0 for a punctual light.
     size: f64,
-    /// The unit direction in which the light shines, to ignore surfaces behind it; `None` if it shines in all directions.
+    /// The unit direction in world space of a spot, or the normal of a flat emitter with one emitting side: surfaces behind
+    /// such a light do not count. `None` if the light has no single direction, so that surfaces on all sides count.
     front: Option<DVec3>,
-    /// The instance and material of an emitter, whose own triangles are ignored; `None` for a punctual light.
+    /// The instance and material of an emitter. Triangles with this instance and material are not counted as surfaces close
+    /// to the emitter, since they are the emitter itself. `None` for a punctual light, which has no triangles.
     own: Option<EmitterName>,
     name: String,
 }
 
-/// The light that is closest to a surface which it lights, relative to the light's distance from a camera at `eye`. `None`
-/// if no light is closer than [`COARSE_LIGHT`]. `lights` are the scene's emissive triangles.
+/// The light with the smallest [`CloseLight::height`] above a surface that it lights, seen from a camera at `eye` in world
+/// space. `None` if all heights are at least [`COARSE_LIGHT`]. `lights` are the scene's emissive triangles.
 pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Option<CloseLight> {
     let lists = lists(candidates(scene, lights, eye));
     if lists.is_empty() {
@@ -114,9 +118,9 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     closest
 }
 
-/// Lights whose reach (see [`Candidate::reach`]) is about equal, sorted by their position along `axis`, so that the lights
-/// near a triangle are found quickly. In one list for all lights, a single long reach would make each triangle examine all
-/// of them.
+/// Lights whose reaches (see [`Candidate::reach`]) differ by less than a factor of two, sorted by their position along
+/// `axis`, so that the lights near a triangle are found by a binary search. In one list for all lights, a single long reach
+/// would make each triangle examine all of them.
 struct List {
     axis: usize,
     reach: f64,
@@ -124,7 +128,7 @@ struct List {
 }
 
 impl List {
-    /// The candidates of the list whose reach extends into the box `bounds`.
+    /// The candidates of the list that are at most their reach away from the box `bounds` along every axis.
     fn near(&self, bounds: &Bounds) -> impl Iterator<Item = &Candidate> {
         let (low, high) = (bounds.min[self.axis], bounds.max[self.axis]);
         let first = (self.candidates).partition_point(|c| c.at[self.axis] < low - self.reach);
@@ -159,7 +163,9 @@ fn lists(candidates: Vec<Candidate>) -> Vec<List> {
     lists.collect()
 }
 
-/// The lights that may be too close to a surface: lit points and spots, and emitters that look small enough from `eye`.
+/// The lights that may be too close to a surface: points and spots with an intensity above 0, and emitters whose size is at
+/// most [`SMALL`] × [`COARSE_LIGHT`] × their distance from `eye`, the position of the camera in world space. `lights` are
+/// the scene's emissive triangles.
 fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     for (index, light) in scene.punctual_lights.iter().enumerate() {
@@ -216,7 +222,8 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candid
     candidates
 }
 
-/// The point of the triangle `a`, `b`, `c` that is closest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
+/// The point of the triangle with the corners `a`, `b`, `c` that is closest to `p` (Ericson, Real-Time Collision Detection,
+/// 2005, section 5.1.5).
 fn closest_point(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let normal = (b - a).cross(c - a);
     let inside = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) >= 0.0;

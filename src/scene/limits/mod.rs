@@ -1,4 +1,5 @@
-//! Detection of limits that a scene approaches or exceeds. `tests/LIMITS.md` lists the accuracy within them and its tests.
+//! Finds the quantities of a scene (sizes, radiances, powers of lights) that are near or beyond a limit of the renderer.
+//! `tests/LIMITS.md` lists all limits, the accuracy of pictures within each limit, and the tests that check this accuracy.
 
 mod close_lights;
 mod overlaps;
@@ -11,27 +12,31 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// A quantity that is within this factor of its limit counts as near it. The user then gets a report, although the scene is
-/// still within the limit.
+/// A quantity that is within this factor of its limit counts as near the limit. `headwater scene inspect` then reports it,
+/// although the scene is still within the limit.
 const NEAR: f64 = 1e3;
 
-/// The largest ratio of the powers of two emitters that tests cover. Above it, the light of the dimmer one may be lost.
+/// The largest ratio of the power of one emitter to the power of another for which tests check pictures. Above it, the light
+/// of the dimmer emitter may be missing from pictures.
 const CONTRAST: f64 = 1e9;
 
-/// The factor by which a ratio of powers may exceed [`CONTRAST`] before the limit counts as passed, because areas and
-/// colours are rounded.
+/// The factor by which a ratio of powers may exceed [`CONTRAST`] before the limit counts as passed. It allows for the
+/// rounding of the areas and colours from which powers are computed.
 const ROUNDED: f64 = 1.001;
 
-/// The smallest radiance of a surface that tests cover, in W/(m²·sr). Below it, the surface's light may be lost.
+/// The smallest radiance of an emissive surface for which tests check pictures, in W/(m²·sr). Below it, the surface's light
+/// may be missing from pictures.
 const DIMMEST: f64 = 1e-30;
 
-/// The smallest half angle of a spot's cone that tests cover, in radians. Below it, the cone may be wrong, down to black.
+/// The smallest half angle of a spot's cone for which tests check pictures, in radians. Below it, the light in the cone may
+/// be wrong or missing.
 const NARROWEST: f64 = 1e-5;
 
 /// A limit that a scene approaches or exceeds, as the commands report it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Limit {
-    /// One line for the user: the quantity, the element of the scene, and the effect on pictures.
+    /// One line for the user that states the quantity and its value, the element of the scene that has it, and the effect on
+    /// pictures.
     pub text: String,
     /// True if the scene exceeds the limit, so that pictures may be wrong. False if it is only near the limit: pictures are
     /// then right, except that surfaces very close to a light may be wrong by a few percent.
@@ -39,8 +44,9 @@ pub struct Limit {
 }
 
 impl Scene {
-    /// The limits that a valid scene approaches or exceeds, for cameras at the positions `eyes`; empty if there are none.
-    /// Lights count with their largest emission at any time, and moving objects with their present position.
+    /// The limits that this scene, which must be valid, approaches or exceeds; empty if there are none. `eyes` are the
+    /// positions of the cameras in world space. Emission counts with its largest value at any time; the positions of
+    /// instances and lights are the present ones.
     pub fn limits(&self, eyes: &[DVec3]) -> Vec<Limit> {
         let (triangles, materials) = (light_triangles(self), self.brightest_materials());
         let mut found = self.size_and_distance();
@@ -84,7 +90,7 @@ impl Scene {
         found
     }
 
-    /// The report on high radiance, if the brightest material or the environment is near or above [`BRIGHTEST`].
+    /// A report on the brightest material or environment, if its radiance is near or above [`BRIGHTEST`]; otherwise `None`.
     fn brightest(&self, materials: &[Material]) -> Option<Limit> {
         let emissions = materials.iter().enumerate().map(|(index, material)| {
             let name = label("material", index, &material.name);
@@ -103,7 +109,8 @@ impl Scene {
         })
     }
 
-    /// The report on low radiance, if the dimmest emissive material is near or below [`DIMMEST`].
+    /// A report on the emissive material with the lowest radiance, if this radiance is near or below [`DIMMEST`]; otherwise
+    /// `None`.
     fn dimmest(&self, materials: &[Material]) -> Option<Limit> {
         let lit = materials
             .iter()
@@ -138,8 +145,8 @@ impl Scene {
         })
     }
 
-    /// The report on contrast (the power of the brightest emitter divided by the power of the dimmest one), if it is near or
-    /// above [`CONTRAST`].
+    /// A report on the contrast (the power of the brightest emitter divided by the power of the dimmest one), if the
+    /// contrast is near or above [`CONTRAST`]; otherwise `None`.
     fn contrast(&self, triangles: &[LightTriangle], materials: &[Material]) -> Option<Limit> {
         let environment = self.environment.as_ref().map(|e| e.integrals().0);
         let powers = LightPowers::of(self, environment);
@@ -220,7 +227,8 @@ mod tests {
         }
     }
 
-    /// Adds the floor's mesh again, as an emitter that shines downwards with a radiance: centre `at`, edge length `size`.
+    /// Adds a square that emits the given radiance downwards (towards −Y). Its centre is `at`, and its edges have the length
+    /// `size`.
     fn add_emitter(scene: &mut Scene, at: DVec3, size: f64, radiance: f32) {
         let mut mesh = scene.meshes[0].clone();
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -248,8 +256,9 @@ mod tests {
         scene.limits(&[DVec3::Y * 4.0])
     }
 
-    /// Fails unless the limits that `scene` reports begin with the texts in `wanted`, in order. An exclamation mark after a
-    /// text means that the scene must have passed the limit.
+    /// Fails unless the scene reports exactly as many limits as `wanted` has entries, and the text of each limit begins with
+    /// its entry, in this order. An entry that ends with an exclamation mark means that the scene must have passed the
+    /// limit; without the mark, the scene must only be near the limit.
     #[track_caller]
     fn assert_near(scene: &Scene, wanted: &[&str]) {
         let found = limits(scene);
@@ -412,8 +421,8 @@ mod tests {
         }
     }
 
-    /// Among many emitters in rows and columns, the search finds an additional one that overlaps them. It compares only
-    /// emitters in the same strip of their plane.
+    /// Among many emitters in rows and columns, the search finds one more emitter that overlaps some of them, although it
+    /// divides their plane into strips and compares only emitters in the same strip.
     #[test]
     fn an_overlap_among_many_emitters_is_found() {
         let emitters = |last: DVec3, size: f64| {

@@ -1,5 +1,5 @@
 //! Detection of emissive triangles that overlap in one plane. A ray finds only one of them, while light samples count both,
-//! so every picture of them is wrong.
+//! so pictures that show their light are wrong.
 
 use super::super::lights::LightTriangle;
 use super::super::notices::label;
@@ -7,23 +7,25 @@ use super::super::{Bounds, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The difference of unit normals, per component, below which two planes count as parallel.
+/// The difference between the unit normals of two planes, in each component, below which the planes count as parallel. It is
+/// also the size of the cells into which normals are sorted.
 const PARALLEL: f64 = 1e-5;
 
-/// The distance of two parallel planes, divided by the largest coordinate of all emissive triangles, below which they count
-/// as the same plane. Rounding to f32 moves planes by about a tenth of it.
+/// The distance between two parallel planes, divided by the largest coordinate of all emissive triangles, below which they
+/// count as the same plane. Rounding to f32 moves planes by about a tenth of this distance.
 const SAME_PLANE: f64 = 1e-6;
 
-/// The offsets of the four grids into whose cells planes are sorted, as fractions of a cell. Equal planes that one grid
-/// separates through rounding nearly always share a cell of another grid.
+/// The offsets of four grids, as fractions of a cell. The axes of each grid are the three components of a plane's normal and
+/// its distance from the origin, and planes in one cell are compared. If rounding puts two equal planes into different cells
+/// of one grid, they nearly always share a cell of another grid.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
-/// The number of overlapping pairs of triangles at which the search ends. Without a maximum, n copies of a triangle would
-/// give about n² / 2 pairs.
+/// The number of overlapping pairs of triangles at which the search ends; the message then says that there may be more.
+/// Without a maximum, n copies of a triangle would give about n² / 2 pairs.
 const MOST: usize = 1000;
 
-/// The smallest overlap of two triangles that counts, as a fraction of the smaller triangle's area. Triangles that share an
-/// edge overlap less, by rounding.
+/// The area that two triangles share, as a fraction of the smaller triangle's area, above which they count as overlapping.
+/// Neighbours with a common edge can share less than this, because their corners are rounded.
 const LEAST_OVERLAP: f64 = 1e-3;
 
 /// The message for the user that counts the overlapping pairs among the emissive triangles `lights`, and names one pair.
@@ -109,17 +111,18 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
     found
 }
 
-/// A light in one of the strips that [`strips`] makes. A wide light is in several strips.
+/// An emissive triangle in one of the strips that [`strips`] makes. A triangle that is wider than a strip is a member of
+/// several strips.
 struct Member {
     light: usize,
-    /// True in the first of the light's strips. Two lights can share several strips; they are compared only in the strip
-    /// where this is true for one of them.
+    /// True in the first of the triangle's strips. Two triangles can share several strips; they are compared only in the
+    /// strip where this is true for one of them, which is the first strip that they share.
     begins: bool,
 }
 
-/// Divides lights of one plane, given as indices into `boxes`, into strips that run along the widest axis of the lights.
-/// Only lights of one strip are compared with each other, which saves time for an emitter of many triangles in rows and
-/// columns. Returns each strip with the index of the widest axis (0 is x).
+/// Divides emissive triangles of one plane into strips that run along the axis in which the triangles extend farthest. Only
+/// triangles of one strip are compared with each other, which saves time for an emitter of many triangles. `members` are
+/// indices into `boxes`, the bounding boxes of all triangles. Returns each strip with the index of that axis (0 is x).
 fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Member>, usize)> {
     let around = Bounds::around(members.iter().map(|light| boxes[*light]));
     let size = around.map_or(DVec3::ONE, |bounds| bounds.size());
@@ -148,13 +151,13 @@ fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Me
     divided.into_iter().map(move |strip| (strip, along))
 }
 
-/// The unit normal or its opposite, so that the two opposite normals of a plane give an equal result.
+/// The given unit normal or its opposite, chosen so that both normals of a plane give the same result.
 fn towards_one_side(normal: DVec3) -> DVec3 {
     let first = normal.to_array().into_iter().find(|x| x.abs() > 0.1);
     normal * first.unwrap_or(1.0).signum()
 }
 
-/// True if two triangles in one plane overlap by more than [`LEAST_OVERLAP`].
+/// True if two triangles of one plane share more than the fraction [`LEAST_OVERLAP`] of the smaller triangle's area.
 fn overlap(one: &LightTriangle, other: &LightTriangle) -> bool {
     let origin = one.corners[0];
     let u = (one.corners[1] - origin).normalize_or_zero();

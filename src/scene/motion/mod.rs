@@ -1,4 +1,5 @@
-//! Motion of a scene: a tree of nodes with keyframes. Instances, cameras and lights that move are attached to nodes.
+//! The motion of a scene: a tree of nodes, whose transforms can change with time by keyframes. Instances, cameras and lights
+//! that move are attached to nodes.
 
 mod moving_camera;
 mod pose;
@@ -12,7 +13,8 @@ use crate::{Error, Result};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use tracks::{Animated, Keyed, TrackFault};
 
-/// The moving parts of a scene, by time. The fields of the scene hold the state of these parts at time 0.
+/// The changes of a scene with time: moving instances, cameras and lights, and animated emission. The other fields of the
+/// scene hold the state at time 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// The nodes of the tree, each after its parent, so that one pass over the array gives all transforms to the world.
@@ -23,7 +25,7 @@ pub struct Motion {
     pub cameras: Vec<Option<u32>>,
     /// One entry per punctual light of the scene: the index of its node in `nodes`, or `None` if the light does not move.
     pub lights: Vec<Option<u32>>,
-    /// The materials whose emission changes with time, each at most once.
+    /// The emission of each material whose emission changes with time; each material occurs at most once.
     pub emission: Vec<Emission>,
 }
 
@@ -36,7 +38,7 @@ pub struct Node {
     pub transform: Transform,
 }
 
-/// The transform from a node to its parent, constant or by time.
+/// The transform from a node to its parent: either constant, or changing with time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transform {
     /// A constant transform. The node can still move with its parent.
@@ -56,14 +58,14 @@ pub struct AnimatedTransform {
     pub scale: Animated<DVec3>,
 }
 
-/// The emission of a material by time: the product of a colour and a strength.
+/// The emission of a material by time: the product of a colour and a strength, each of which can have keyframes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
     /// Index into [`crate::scene::Scene::materials`]: the material that emits.
     pub material: u32,
-    /// Linear RGB colour, without a unit.
+    /// Linear RGB colour, without a unit. `strength` multiplies it.
     pub color: Animated<DVec3>,
-    /// Emitted radiance of a colour of 1, in W/(m²·sr).
+    /// The radiance in W/(m²·sr) that the material emits in a channel in which `color` is 1.
     pub strength: Animated<f64>,
 }
 
@@ -77,7 +79,7 @@ impl AnimatedTransform {
         }
     }
 
-    /// The transform at `time`, in seconds.
+    /// The transform from the node to its parent at `time`, in seconds.
     pub fn at(&self, time: f64) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(
             self.scale.at(time),
@@ -94,14 +96,16 @@ impl AnimatedTransform {
 }
 
 impl Emission {
-    /// Emitted linear RGB radiance at `time`, in seconds. It is clamped, since a spline can leave the range of its keys.
+    /// Emitted linear RGB radiance at `time`, in seconds, in W/(m²·sr). Each channel is clamped to the range from 0 to
+    /// [`BRIGHTEST`], since a spline can leave the range of its keys.
     pub fn at(&self, time: f64) -> Vec3 {
         let radiance = self.color.at(time) * self.strength.at(time);
         radiance.as_vec3().clamp(Vec3::ZERO, Vec3::splat(BRIGHTEST))
     }
 
-    /// The product of the largest colour, per channel, and the largest strength of all keys. It is at least the emission at
-    /// every key; a spline can exceed it between keys.
+    /// The largest emission that keys can cause: for each channel, the largest colour of all keys × the largest strength of
+    /// all keys, at most [`BRIGHTEST`]. The emission at every key is at most this value; between keys, a spline can exceed
+    /// it.
     pub fn brightest(&self) -> Vec3 {
         let color = self.color.keys().fold(DVec3::ZERO, DVec3::max);
         let strength = self.strength.keys().fold(0.0, f64::max);
@@ -114,7 +118,7 @@ impl Emission {
 }
 
 impl Motion {
-    /// The time in seconds of the last key of all tracks, after which nothing moves; 0 without keys.
+    /// The time of the last key of all tracks, in seconds. After it nothing changes. It is 0 if there are no keys.
     pub fn seconds(&self) -> f64 {
         let nodes = self.nodes.iter().map(|node| match &node.transform {
             Transform::Fixed(_) => 0.0,
@@ -127,18 +131,20 @@ impl Motion {
         nodes.chain(emission).fold(0.0, f64::max)
     }
 
-    /// True if the scene itself changes: an instance or a punctual light moves, or emission changes. Cameras do not count.
+    /// True if the scene itself changes with time: an instance or a punctual light moves, or the emission of a material
+    /// changes. The motion of cameras does not count.
     pub fn moves_things(&self) -> bool {
         let mut attached = self.instances.iter().chain(&self.lights);
         !self.emission.is_empty() || attached.any(Option::is_some)
     }
 
-    /// True if the instance with the index `index` in the scene moves.
+    /// True if the instance with the index `index` in the scene is attached to a node, so that it moves at some time.
     pub fn moves_instance(&self, index: usize) -> bool {
         self.instances.get(index).is_some_and(Option::is_some)
     }
 
-    /// The motion without constant tracks and without nodes to which nothing moving is attached; `None` if nothing moves.
+    /// The same motion in a simpler form: tracks that never change their value are replaced by the value, what does not move
+    /// is detached from its node, and nodes that nothing uses are removed. `None` if nothing is left that moves or changes.
     pub(crate) fn simplified(mut self) -> Option<Self> {
         let mut moves = Vec::with_capacity(self.nodes.len());
         for node in &mut self.nodes {
@@ -194,8 +200,8 @@ impl Motion {
         }
     }
 
-    /// The node of each instance, then of each camera and of each punctual light: an index into `nodes`, or `None` if the
-    /// element does not move.
+    /// The entries of `instances`, then those of `cameras`, then those of `lights`: the index of the element's node in
+    /// `nodes`, or `None` if the element does not move.
     fn attached(&self) -> impl Iterator<Item = &Option<u32>> {
         (self.instances.iter())
             .chain(&self.cameras)
@@ -208,11 +214,13 @@ impl Motion {
             .chain(&mut self.lights)
     }
 
-    /// Checks indices and keys. `counts` are the numbers of the scene's instances, cameras, punctual lights and materials.
+    /// Checks indices and keys. `counts` are the numbers of the scene's instances, cameras, punctual lights and materials,
+    /// in this order.
     ///
     /// # Errors
-    /// The first fault: a list without one entry per element, a parent that does not come first, an index of a node or a
-    /// material out of range, or a faulty track (see [`tracks::Track::check`]).
+    /// The first fault: `instances`, `cameras` or `lights` does not have one entry per element of the scene; a node is not
+    /// after its parent; the index of a node or a material is out of range; or a track is faulty (see
+    /// [`tracks::Track::check`]).
     pub(super) fn check(&self, counts: [usize; 4]) -> Result<()> {
         let wrong = |what: String, fault: &str| Err(Error::input(format!("{what}: {fault}")));
         if [self.instances.len(), self.cameras.len(), self.lights.len()] != counts[..3] {

@@ -3,7 +3,8 @@
 use crate::Result;
 use crate::scene::{Camera, Scene};
 
-/// One camera of a scene, with its motion. A renderer keeps it instead of the whole scene, to get the camera of each frame.
+/// One camera of a scene, with its motion. Commands store it when they no longer need the scene itself, and compute from it
+/// the camera of each frame.
 pub struct MovingCamera {
     index: usize,
     /// A copy of the scene that contains only its cameras and its motion.
@@ -11,7 +12,8 @@ pub struct MovingCamera {
 }
 
 impl MovingCamera {
-    /// The camera with the index `index` in [`Scene::cameras`]. The index is not checked until [`MovingCamera::at`].
+    /// Copies the camera with the index `index` in [`Scene::cameras`], and the motion. An index out of range is not an error
+    /// here, but in [`MovingCamera::at`].
     pub fn of(scene: &Scene, index: usize) -> Self {
         let cameras = Scene {
             cameras: scene.cameras.clone(),
@@ -21,10 +23,11 @@ impl MovingCamera {
         Self { index, cameras }
     }
 
-    /// The camera at `time`, in seconds.
+    /// The camera in its state at `time`, in seconds.
     ///
     /// # Errors
-    /// The scene has no camera with this index, or its transform at that time is not finite or gives it no direction.
+    /// The scene has no camera with this index, or the camera's transform at that time is not finite, has a scale of 0, or
+    /// has its axes in one plane.
     pub fn at(&self, time: f64) -> Result<Camera> {
         self.cameras.camera_at(self.index, time)
     }

@@ -6,22 +6,26 @@ use crate::scene::{Bounds, Camera, Mesh, Scene, camera};
 use crate::{Error, Result};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// The state of everything that moves, at one time. Each list has pairs of an index into the scene's list and the new value,
-/// and leaves out what does not move.
+/// The state of everything that moves, at one time. Each field lists only the elements that move, as pairs: the index of the
+/// element in the scene's list of its kind, and its transform or emission at that time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Indices into the scene's instances, ascending, with their transforms from object to world space.
+    /// The moving instances: the index in [`Scene::instances`], in ascending order, and the transform from object to world
+    /// space.
     pub instances: Vec<(u32, DAffine3)>,
-    /// Indices into the scene's cameras, ascending, with their nodes' transforms to world space, which may include scale.
+    /// The moving cameras: the index in [`Scene::cameras`], in ascending order, and the transform of the camera's node to
+    /// world space, which may include scale.
     pub cameras: Vec<(u32, DAffine3)>,
-    /// Indices into the scene's punctual lights, ascending, with their transforms to world space, which may include scale.
+    /// The moving punctual lights: the index in [`Scene::punctual_lights`], in ascending order, and the transform to world
+    /// space, which may include scale.
     pub lights: Vec<(u32, DAffine3)>,
-    /// Indices into the scene's materials with their emitted linear RGB radiance, in W/(m²·sr).
+    /// The materials whose emission changes: the index in [`Scene::materials`], and the emitted linear RGB radiance in
+    /// W/(m²·sr).
     pub emission: Vec<(u32, Vec3)>,
 }
 
 impl Motion {
-    /// The transforms and the emission of all that moves, at `time` in seconds.
+    /// Computes the state at `time`, in seconds, of everything that moves.
     pub fn pose(&self, time: f64) -> Pose {
         let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -57,8 +61,9 @@ impl Scene {
     /// A copy of the scene without motion, in its state at `time`, in seconds.
     ///
     /// # Errors
-    /// At that time the transform of an instance, a punctual light or a camera is not finite, an instance or a light is too
-    /// far from the origin, or a camera has no direction.
+    /// At that time the transform of an instance, a punctual light or a camera is not finite; an instance or a light has a
+    /// coordinate above [`LARGEST_COORDINATE`]; or a camera has a scale of 0 or its axes in one plane, so that it has no
+    /// direction.
     pub fn pose_at(&self, time: f64) -> Result<Self> {
         let mut still = self.clone();
         still.take_pose(time)?;
@@ -66,10 +71,11 @@ impl Scene {
         Ok(still)
     }
 
-    /// The camera with this index in its state at `time`, in seconds.
+    /// The camera with the index `index` in [`Scene::cameras`], in its state at `time`, in seconds.
     ///
     /// # Errors
-    /// The scene has no camera with this index, or its transform at that time is not finite or gives it no direction.
+    /// The scene has no camera with this index, or the camera's transform at that time is not finite, has a scale of 0, or
+    /// has its axes in one plane.
     pub fn camera_at(&self, index: usize, time: f64) -> Result<Camera> {
         let mut camera = self.cameras.get(index).cloned().ok_or_else(|| {
             Error::input(format!(
@@ -86,8 +92,8 @@ impl Scene {
         Ok(camera)
     }
 
-    /// Moves instances, cameras, lights and emission to their state at `time`, in seconds. It fails as [`Scene::pose_at`]
-    /// does, and may then have moved some of them.
+    /// Sets the transforms of instances, cameras and lights and the emission of materials to their state at `time`, in
+    /// seconds. It fails in the same cases as [`Scene::pose_at`]. After an error, some elements may already be changed.
     pub(crate) fn take_pose(&mut self, time: f64) -> Result<()> {
         let Some(motion) = &self.motion else {
             return Ok(());
@@ -127,16 +133,19 @@ fn rigid_camera(index: usize, transform: &DAffine3, time: f64) -> Result<DAffine
     }
 }
 
-/// True if a transform flattens an instance onto a plane, a line or a point. It then has no normals, and is not shown.
+/// True if the transform flattens an instance onto a plane, a line or a point. Such an instance has no normals, so the
+/// renderer leaves it out as long as it is flat.
 pub fn is_flat(object_to_world: &DAffine3) -> bool {
     is_singular(object_to_world.matrix3)
 }
 
-/// Checks that the instance `index` can be rendered with `transform`, which it has at `time` in seconds. `bounds` is its
-/// mesh's box in object space, `None` for an empty mesh; `farthest` is the largest absolute coordinate that is allowed.
+/// Checks that the instance `index` can be rendered with `transform`, which it has at `time` in seconds. `bounds` is the box
+/// of its mesh before the transform, `None` for an empty mesh. `farthest` is the largest absolute coordinate that is allowed
+/// after the transform.
 ///
 /// # Errors
-/// The transform is not finite, or a coordinate exceeds `farthest`. The message names the instance and the time.
+/// The transform is not finite, or a corner of the transformed box has a coordinate beyond `farthest`. The message names the
+/// instance and the time.
 pub fn check_transform(
     index: u32,
     transform: &DAffine3,
@@ -149,10 +158,11 @@ pub fn check_transform(
 }
 
 /// Checks that the punctual light `index` can be rendered where `transform` moves it at `time` in seconds. `farthest` is the
-/// largest absolute coordinate that is allowed.
+/// largest absolute coordinate that its position may have after the transform.
 ///
 /// # Errors
-/// The transform is not finite, or a coordinate exceeds `farthest`. The message names the light and the time.
+/// The transform is not finite, or a coordinate of the position exceeds `farthest`. The message names the light and the
+/// time.
 pub fn check_light_transform(
     index: u32,
     transform: &DAffine3,

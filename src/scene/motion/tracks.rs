@@ -5,13 +5,14 @@ use std::ops::{Add, Mul};
 
 /// A type whose values a track can interpolate: a number, a vector or a rotation.
 pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self> {
-    /// The value at the fraction `t` in [0, 1] from this value to `next`, by linear (for rotations spherical) interpolation.
+    /// The value at the fraction `t` in [0, 1] of the way from this value to `next`. Numbers and vectors are interpolated
+    /// linearly, rotations spherically.
     fn toward(self, next: Self, t: f64) -> Self {
         self * (1.0 - t) + next * t
     }
 
-    /// Makes the weighted sum that a cubic spline computes a valid value. A rotation becomes a unit quaternion; numbers and
-    /// vectors stay unchanged.
+    /// Corrects the weighted sum of keys and tangents that a cubic spline computes: a rotation is scaled to a unit
+    /// quaternion. Numbers and vectors are returned unchanged.
     fn normalized(self) -> Self {
         self
     }
@@ -19,7 +20,8 @@ pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self>
     /// True if no component is NaN or infinite.
     fn is_finite(self) -> bool;
 
-    /// The reason why this value cannot be a key, as the end of a message that begins with the key; `None` if it is valid.
+    /// The reason why this value cannot be a key, such as `is not finite`, as the end of a message that begins with the key;
+    /// `None` if it is valid.
     fn fault(self) -> Option<&'static str> {
         (!self.is_finite()).then_some("is not finite")
     }
@@ -37,7 +39,7 @@ impl Keyed for DVec3 {
     }
 }
 
-/// A rotation: a unit quaternion, interpolated along the shorter arc.
+/// A rotation: a unit quaternion. Linear tracks interpolate it spherically along the shorter arc.
 impl Keyed for DQuat {
     fn toward(self, next: Self, t: f64) -> Self {
         self.slerp(next, t)
@@ -61,31 +63,32 @@ impl Keyed for DQuat {
     }
 }
 
-/// The way in which a track computes values between its keys.
+/// The method by which a track computes values between its keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The value of a key holds until the next key.
+    /// The value of a key applies until the time of the next key, where it jumps.
     Step,
     /// Linear interpolation between two keys; spherical linear interpolation for rotations.
     Linear,
-    /// A cubic Hermite spline through the keys, with two tangents per key.
+    /// A cubic Hermite spline through the values of the keys. Each key also stores two tangents: of the curve before it and
+    /// of the curve after it.
     CubicSpline,
 }
 
-/// Keyframes: values at increasing times, and the interpolation between them.
+/// Keyframes of one property: values at increasing times, and the interpolation between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track<T> {
-    /// The way in which values between keys are computed.
+    /// The method by which values between keys are computed.
     pub interpolation: Interpolation,
     /// The times of the keys in seconds: at least one, finite, not negative, and each later than the one before.
     pub times: Vec<f64>,
-    /// One value per key; for [`Interpolation::CubicSpline`] three: the incoming tangent, the value, the outgoing tangent.
-    /// Tangents are changes per second.
+    /// One value per key, in the order of `times`. With [`Interpolation::CubicSpline`] there are three entries per key: the
+    /// incoming tangent, the value, the outgoing tangent. Tangents are changes of the value per second.
     pub values: Vec<T>,
 }
 
-/// A fault that [`Track::check`] finds in a track. The variant tells which array contains it, so that the reader of a file
-/// can name that array in its message.
+/// A fault that [`Track::check`] finds in a track, as a text for a message. The variant says which array contains the fault,
+/// so that the reader of a file can name that array in its message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackFault {
     /// A description of the fault in [`Track::times`].
@@ -103,7 +106,7 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// The values at the keys in order, without tangents.
+    /// The values of the keys in the order of their times, without the tangents of a spline.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let (first, stride) = (self.stride() / 2, self.stride());
         self.values.iter().skip(first).step_by(stride).copied()
@@ -152,7 +155,8 @@ impl<T: Keyed> Track<T> {
         Ok(())
     }
 
-    /// The value at `time`, in seconds. Before the first key and after the last key it is constant.
+    /// The value at `time`, in seconds. Before the first key it is the first key's value, and after the last key the last
+    /// key's value.
     pub fn at(&self, time: f64) -> T {
         let (stride, last) = (self.stride(), self.times.len() - 1);
         let value = |key: usize| self.values[key * stride + stride / 2];
@@ -194,14 +198,15 @@ impl<T: Keyed> Track<T> {
 /// A value that is constant or changes with time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animated<T> {
-    /// The value at all times if there is no track; otherwise it has no effect.
+    /// The value at all times if there is no track. With a track it does not affect pictures; files that are exported state
+    /// it as the value without animation.
     pub rest: T,
-    /// The keyframes of the value; `None` if it is constant.
+    /// The keyframes of the value; `None` if the value is constant.
     pub track: Option<Track<T>>,
 }
 
 impl<T: Keyed> Animated<T> {
-    /// The constant value `rest`, without keyframes.
+    /// A value that is always `rest`, without keyframes.
     pub fn still(rest: T) -> Self {
         Self { rest, track: None }
     }
@@ -226,7 +231,7 @@ impl<T: Keyed> Animated<T> {
         last.copied().unwrap_or(0.0)
     }
 
-    /// Replaces a track that is constant by its value.
+    /// If the track has the same value at all times, removes the track and stores its value in `rest`.
     pub(super) fn simplify(&mut self) {
         if let Some(track) = self.track.take_if(|track| track.is_constant()) {
             self.rest = track.at(0.0);

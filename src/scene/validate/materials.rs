@@ -1,4 +1,4 @@
-//! Checks of materials, their textures, and images.
+//! Checks of materials, of their uses of textures, and of images.
 
 use super::{BRIGHTEST, is_within};
 use crate::scene::notices::{Tally, label};
@@ -6,8 +6,9 @@ use crate::scene::{AlphaMode, Image, Material};
 use crate::{Error, Result};
 use glam::Vec3;
 
-/// Checks that a material's factors are in range. A base colour outside [0, 1] is clamped, with a notice; a mask with the
-/// cutoff 0 becomes opaque. `index` is the material's index in the scene, for messages.
+/// Checks that a material's numbers are in range, and fails at the first that is not. A base colour outside [0, 1] is
+/// clamped instead, with a notice in `tally`. A mask with the cutoff 0, which has no holes, becomes opaque. `index` is the
+/// material's index in the scene, for messages.
 pub(super) fn check_material(
     index: usize,
     material: &mut Material,
@@ -86,8 +87,8 @@ pub(super) fn check_material(
     Ok(())
 }
 
-/// Checks that each texture of a material has an image among `images`, a set of coordinates that exists, and a finite
-/// transform. `index` is the material's index in the scene, for messages.
+/// Checks each texture of a material: its image exists in `images`, the scene's images; its set of texture coordinates is 0
+/// or 1; its transform is finite. Fails at the first fault. `index` is the material's index in the scene, for messages.
 pub(super) fn check_textures(index: usize, material: &Material, images: &[Image]) -> Result<()> {
     for (name, texture) in material.textures() {
         let wrong = |fault: String| {
@@ -116,7 +117,8 @@ pub(super) fn check_textures(index: usize, material: &Material, images: &[Image]
     Ok(())
 }
 
-/// Checks that an image has at least one texel, and width × height of them. `index` is its index in the scene, for messages.
+/// Checks that the width and the height of an image are not 0, and that it has width × height texels; otherwise fails.
+/// `index` is the image's index in the scene, for messages.
 pub(super) fn check_image(index: usize, image: &Image) -> Result<()> {
     let texels = u64::from(image.width) * u64::from(image.height);
     if texels == 0 || image.texels.len() as u64 != texels {

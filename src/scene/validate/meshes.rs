@@ -6,8 +6,9 @@ use crate::scene::{Material, Mesh};
 use crate::{Error, Result};
 use std::fmt::Display;
 
-/// Checks that a mesh's attributes are finite and complete, its indices are in range, its parts cover its triangles, and the
-/// texture coordinates of its materials exist. `index` is the mesh's index in the scene, for messages.
+/// Checks a mesh, and fails at the first fault: its attributes must be finite and have one value per vertex or none; its
+/// indices must be in range; its parts must cover its triangles; and it must have the texture coordinates that the textures
+/// of its materials use. `index` is the mesh's index in the scene, for messages.
 pub(super) fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> Result<()> {
     let what = label("mesh", index, &mesh.name);
     let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
@@ -91,7 +92,8 @@ pub(super) fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> R
     Ok(())
 }
 
-/// Checks that an attribute (`kind` in messages) has one finite value per vertex, or no values. Otherwise returns the fault.
+/// Checks that an attribute of a mesh has one finite value for each of the `vertices` vertices, or no values at all.
+/// Otherwise returns a description of the fault, in which `kind` names the attribute, such as `normal`.
 fn check_attribute<T: Display>(
     kind: &str,
     values: &[T],

@@ -5,13 +5,14 @@ use crate::scene::{PunctualLight, PunctualShape};
 use crate::{Error, Result};
 use std::f64::consts::FRAC_PI_2;
 
-/// The largest intensity of a point or a spot, in W/sr. A light at a distance of 10⁹ units needs it to reach an irradiance
-/// of [`BRIGHTEST`].
+/// The largest intensity of a point or a spot light, in W/sr; more is refused. With it, a light at a distance of 10⁹ units
+/// causes an irradiance of [`BRIGHTEST`].
 const MOST_INTENSE: f32 = 1e30;
 
-/// Checks that the cone angles of a spot, in radians, are 0 ≤ inner ≤ outer ≤ π/2, and outer above 0; `what` names the light
-/// in messages. Wider cones would light the space behind the spot. `KHR_lights_punctual` also forbids equal angles, but they
-/// are accepted, because Blender writes them for a spot with a sharp edge.
+/// Checks that the half angles of a spot's cones, in radians, are 0 ≤ inner ≤ outer ≤ π/2, and outer above 0; otherwise
+/// fails. `what` is the name of the light in messages. A wider cone would light the space behind the spot.
+/// `KHR_lights_punctual` also forbids equal angles, but they are accepted, because Blender writes them for a spot with a
+/// sharp edge.
 pub fn check_cone(what: &str, inner: f64, outer: f64) -> Result<()> {
     if inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= FRAC_PI_2 {
         return Ok(());
@@ -21,7 +22,8 @@ pub fn check_cone(what: &str, inner: f64, outer: f64) -> Result<()> {
     )))
 }
 
-/// Checks that a light's transform, intensity, cone angles and range are valid; `what` names it in messages.
+/// Checks that the transform, intensity, cone angles and range of a light are within their limits, and fails at the first
+/// that is not. `what` is the name of the light in messages.
 pub(super) fn check_punctual(what: &str, light: &PunctualLight) -> Result<()> {
     let PunctualLight {
         name: _,

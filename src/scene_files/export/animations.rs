@@ -1,4 +1,4 @@
-//! Writes a scene's motion as a glTF animation.
+//! Writes the motion of a scene as glTF nodes and a glTF animation.
 
 use super::{Binary, FLOAT};
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track};
@@ -6,11 +6,11 @@ use crate::scene::motion::{Emission, Motion, Transform};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use serde_json::{Value, json};
 
-/// The glTF extension that the animation of a material's emission needs.
+/// The name of the glTF extension with which an animation can change the emission of a material.
 pub const POINTER: &str = "KHR_animation_pointer";
 
-/// The JSON of a glTF node for each node of the motion, in the same order. Each has the transform of its node without
-/// keyframes, and the indices of its children among these nodes.
+/// The JSON of one glTF node for each node of the motion, in the same order. It contains the transform that the node has
+/// without its keyframes, and the indices of the node's children in this list.
 pub fn nodes(motion: &Motion) -> Vec<Value> {
     let mut nodes: Vec<Value> = motion
         .nodes
@@ -32,7 +32,7 @@ pub fn nodes(motion: &Motion) -> Vec<Value> {
     nodes
 }
 
-/// Adds `child`, an index into the file's nodes, to the children of the node `parent`.
+/// Adds a child to the JSON of the node `parent`. `child` is the index of the child's node in the file.
 pub fn add_child(parent: &mut Value, child: usize) {
     match parent["children"].as_array_mut() {
         Some(children) => children.push(json!(child)),
@@ -45,8 +45,8 @@ pub fn matrix(transform: &DAffine3) -> [f64; 16] {
     DMat4::from(*transform).to_cols_array()
 }
 
-/// Writes the emission that animated materials have without keyframes into their JSON, as a colour and a strength.
-/// `materials` has the JSON of each material of the scene, in the order of the scene.
+/// Writes into the JSON of each material with animated emission the emission that applies without its keyframes, as a colour
+/// and a strength. `materials` contains the JSON of all materials, in the order of the scene.
 pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     for Emission {
         material,
@@ -61,8 +61,9 @@ pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     }
 }
 
-/// The JSON of the animation, with one sampler and one channel for each track of the motion (the keys of one property). The
-/// keys are appended to `binary`. Node `i` of the file must be node `i` of the motion.
+/// The JSON of one animation that contains all keyframes of the motion, with one sampler and one channel for each property
+/// that has keyframes. The times and values of the keyframes are appended to `binary`. Node `i` of the file must be node `i`
+/// of the motion.
 pub fn animation(motion: &Motion, binary: &mut Binary) -> Value {
     let mut writer = Writer {
         binary,

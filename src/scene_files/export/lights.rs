@@ -1,19 +1,21 @@
-//! Writes punctual lights as `KHR_lights_punctual`.
+//! Writes punctual lights as JSON of the glTF extension `KHR_lights_punctual`.
 
 use super::color_and_strength;
 use crate::scene::{PunctualLight, PunctualShape};
 use serde_json::{Value, json};
 
-/// The glTF extension for punctual lights, which have no surface.
+/// The name of the glTF extension for punctual lights (points, spots and directional lights).
 pub const EXTENSION: &str = "KHR_lights_punctual";
 
-/// The value of the document's `extensions`, which lists all lights in the order of `lights`.
+/// The value of `extensions` in the root object of the file. It lists the JSON of all punctual lights, in the order of
+/// `lights`.
 pub fn lights(lights: &[PunctualLight]) -> Value {
     let lights: Vec<Value> = lights.iter().map(light).collect();
     json!({ EXTENSION: { "lights": lights } })
 }
 
-/// The JSON of a node with the light at `index` of the document's lights. The node has no transform yet.
+/// The JSON of a node that places a punctual light; `index` is the light's index in the list that [`lights`] writes. The
+/// caller adds the transform.
 pub fn node(index: usize, light: &PunctualLight) -> Value {
     json!({ "name": light.name, "extensions": { EXTENSION: { "light": index } } })
 }

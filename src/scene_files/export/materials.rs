@@ -1,4 +1,4 @@
-//! Writes materials, and the textures and images that they use.
+//! Writes materials as glTF JSON, with the textures, samplers and images that they use.
 
 use super::{Binary, color_and_strength};
 use crate::scene::texture::Wrap;
@@ -9,10 +9,10 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use serde_json::{Map, Value, json};
 
-/// The glTF extension for textures whose coordinates are scaled, rotated or moved.
+/// The name of the glTF extension for textures whose coordinates are scaled, rotated or moved.
 pub const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 
-/// The JSON of a material. Its textures and their samplers are added to `textures`.
+/// The JSON of a material. The textures that it uses, and their samplers, are added to `textures`.
 pub fn material(material: &Material, textures: &mut Textures) -> Value {
     let mut surface = json!({
         "baseColorFactor": material.base_color.extend(material.alpha).to_array(),
@@ -77,18 +77,20 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
     value
 }
 
-/// The JSON of all textures and samplers of the file. Equal ones are stored once.
+/// The JSON of all textures of the file and of all samplers (their filters and wrap modes). Equal ones are stored once.
 #[derive(Default)]
 pub struct Textures {
     pub textures: Vec<Value>,
     pub samplers: Vec<Value>,
-    /// True if the coordinates of any texture are transformed, so that the file uses [`TEXTURE_TRANSFORM`].
+    /// True if the coordinates of some texture are transformed, so that the file must list [`TEXTURE_TRANSFORM`] among its
+    /// extensions.
     pub has_transform: bool,
 }
 
 impl Textures {
-    /// Adds a texture to `user`, the JSON of a material or of a part of it: sets the member `slot`, such as `normalTexture`,
-    /// to a reference to the texture. Without a texture nothing changes.
+    /// Adds a texture, with its sampler, and sets the member `slot` of `user` to a reference to it, such as the member
+    /// `normalTexture`. `user` is the JSON of a material or of an object in a material. If `texture` is `None`, nothing
+    /// changes.
     fn add(&mut self, user: &mut Value, slot: &str, texture: &Option<Texture>) {
         let Some(texture) = texture else { return };
         let filter = if texture.nearest { 9728 } else { 9729 };
@@ -114,7 +116,7 @@ impl Textures {
     }
 }
 
-/// The index of `value` in `list`; a value that the list lacks is appended.
+/// The index of `value` in `list`. If the list does not contain the value, it is appended first.
 fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
     let found = list.iter().position(|other| *other == value);
     found.unwrap_or_else(|| {
@@ -123,8 +125,9 @@ fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
     })
 }
 
-/// The JSON of [`TEXTURE_TRANSFORM`]: offset, rotation in radians (positive turns +u towards −v) and scale. The coordinates
-/// are scaled first, then rotated, then moved; shear is lost.
+/// The value of the extension [`TEXTURE_TRANSFORM`] for a transform of texture coordinates: offset, rotation in radians
+/// (positive turns +u towards −v) and scale. The coordinates are scaled first, then rotated, then moved. This form cannot
+/// express shear, which is lost.
 fn transform(placed: &Affine2) -> Value {
     let [u, v] = [placed.matrix2.x_axis, placed.matrix2.y_axis];
     let mirrored = placed.matrix2.determinant() < 0.0;
@@ -136,8 +139,8 @@ fn transform(placed: &Affine2) -> Value {
     })
 }
 
-/// Writes the images as PNG files into the binary chunk, and returns the JSON of each, in the order of `images`. Fails if an
-/// image's number of texels is not width × height, or if it cannot be encoded.
+/// Writes the images as PNG files into `binary`, the binary chunk, and returns the JSON of each image, in the order of
+/// `images`. Fails if the number of texels of an image is not width × height, or if the image cannot be encoded.
 pub fn images(images: &[Image], binary: &mut Binary) -> Result<Vec<Value>> {
     let write = |image: &Image| {
         let mut png = Vec::new();

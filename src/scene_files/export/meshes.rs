@@ -10,8 +10,8 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// The JSON of a mesh, with one primitive for each of its parts (triangles with one material). All primitives share the
-/// vertices. Vertices and indices are appended to `binary`, the binary chunk of the GLB file.
+/// The JSON of a mesh, with one primitive for each of its parts (runs of triangles with one material). All primitives refer
+/// to the same vertices. The vertices and indices are appended to `binary`, the binary chunk of the GLB file.
 pub fn mesh(mesh: &Mesh, binary: &mut Binary) -> Value {
     let bounds = mesh.bounds();
     let [low, high] = bounds.map_or([DVec3::ZERO; 2], |bounds| [bounds.min, bounds.max]);

@@ -18,9 +18,9 @@ use std::path::Path;
 
 const FLOAT: u32 = 5126;
 
-/// Writes a scene to `path` as .glb: meshes with a primitive for each part, instances as nodes, materials with their
-/// textures (as PNG), lights, cameras, and animations, whose keys are stored in f32. Environments and the shear of textures
-/// are left out, since glTF has neither.
+/// Writes a scene to `path` as binary glTF: meshes with one primitive per part, instances as nodes, materials with their
+/// textures (as PNG), lights, cameras, and animations, whose keys are stored in f32. The environment and the shear of
+/// texture transforms are left out, since glTF can express neither.
 ///
 /// # Errors
 /// An image's number of texels is not its width × height, or the image cannot be encoded as PNG; the file would have more
@@ -55,7 +55,7 @@ pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
     })
 }
 
-/// The bytes of the GLB file's binary chunk, and the JSON of the buffer views and accessors that refer to them.
+/// The bytes of the GLB file's binary chunk, and the JSON of the buffer views and accessors that describe these bytes.
 #[derive(Default)]
 struct Binary {
     bytes: Vec<u8>,
@@ -64,8 +64,9 @@ struct Binary {
 }
 
 impl Binary {
-    /// Appends `values`, whose components have four bytes each, and returns the index of their accessor. `accessor` is its
-    /// JSON without the buffer view. `target` is the view's glTF target for vertices or indices, `None` for other data.
+    /// Appends `values`, whose components have four bytes each, to the binary chunk, and returns the index of their
+    /// accessor. `accessor` is the JSON of this accessor without its buffer view. `target` is the buffer view's target in
+    /// glTF for vertices or indices; `None` for other data, such as keyframes.
     fn push<T: bytemuck::Pod>(
         &mut self,
         values: &[T],
@@ -81,7 +82,8 @@ impl Binary {
         self.accessors.len() - 1
     }
 
-    /// Appends bytes to the binary chunk, padded to a multiple of four, and returns the index of their buffer view.
+    /// Appends bytes to the binary chunk, which is then padded to a multiple of four bytes, and returns the index of a new
+    /// buffer view of these bytes.
     fn push_bytes(&mut self, bytes: &[u8]) -> usize {
         self.views.push(json!({
             "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len(),
@@ -93,8 +95,8 @@ impl Binary {
     }
 }
 
-/// Splits a linear RGB value into a colour whose channels are at most 1 and a strength of at least 1. Their product is
-/// `light`; glTF stores both, because it limits colours to 1.
+/// Splits a linear RGB value into a colour, whose channels are at most 1, and a strength of at least 1, whose product with
+/// the colour is `light`. glTF stores both, because it limits the channels of colours to 1.
 fn color_and_strength(light: Vec3) -> (Vec3, f32) {
     let strength = light.max_element().max(1.0);
     (light / strength, strength)

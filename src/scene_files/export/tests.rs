@@ -1,4 +1,4 @@
-//! Tests that write scenes and read them again.
+//! Tests that write scenes to files, and compare them with the scenes that are read from these files.
 
 use super::*;
 use crate::procedural;
@@ -162,8 +162,9 @@ fn an_image_with_too_few_texels_is_named() {
     assert!(!path.exists());
 }
 
-/// The texts around the first difference between scene `a` and scene `b`, which was read from a file; `None` if they are
-/// equal. Emission and intensity are stored as colour times strength, so they may differ by 1e-6 of their length.
+/// Compares the elements of two scenes as texts. Returns both texts around the first difference, or the numbers of elements
+/// if these differ; `None` if the scenes are equal. `b` was read from a file, which stores emission and intensity as colour
+/// times strength, so they may differ by 1e-6 of their length.
 fn difference(a: &Scene, b: &Scene) -> Option<String> {
     let mut b = b.clone();
     let settle = |ours: &mut Vec3, of: Vec3| {

@@ -1,5 +1,6 @@
-//! Reads elements of glTF accessors. Every range is checked, in arithmetic that cannot overflow, before the first byte is
-//! read; no allocation depends on a count that a file merely claims.
+//! Reads the elements of glTF accessors, such as the positions of vertices. Every range of bytes is checked, in arithmetic
+//! that cannot overflow, before its first byte is read. The memory that is allocated never depends only on a count in the
+//! file, which may be wrong.
 
 use super::damaged;
 use super::document::{Accessor, Document};
@@ -7,12 +8,12 @@ use super::unfolding::Unfolding;
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 
-/// The bytes of an element that the file does not contain: elements of an accessor without a buffer view are 0. The largest
+/// The bytes of an element of an accessor without a buffer view: such elements are 0 and not stored in the file. The largest
 /// element has 16 bytes, four floats.
 const ZEROS: [u8; 16] = [0; 16];
 
-/// The maximum number of elements of an animation's accessor without a buffer view. Its elements take no bytes in the file,
-/// so a damaged count could otherwise fill the memory with zeros.
+/// The maximum number of elements of an animation's accessor without a buffer view. Such elements take no bytes in the file,
+/// so a number of elements that is wrong could otherwise fill the memory with zeros.
 const MAX_ZEROS: u64 = 1 << 20;
 
 /// Reads the accessors of a document from the bytes of its buffers.
@@ -20,11 +21,12 @@ const MAX_ZEROS: u64 = 1 << 20;
 pub struct Accessors<'a> {
     pub document: &'a Document,
     pub buffers: &'a [&'a [u8]],
-    /// The limit on the memory that elements of the file may still take.
+    /// The number of bytes of memory that elements of the file may still take when they are copied. Each read subtracts its
+    /// bytes.
     pub unfolding: &'a Unfolding,
 }
 
-/// The type of the elements of a vertex attribute: vectors of two, three or four components.
+/// The type of the elements of a vertex attribute, such as positions: vectors of two, three or four components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Vec2,
@@ -33,7 +35,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The name of the type in the file, such as `VEC3`.
+    /// The name of the type in glTF's JSON, such as `VEC3`.
     const fn name(self) -> &'static str {
         match self {
             Self::Vec2 => "VEC2",
@@ -51,7 +53,8 @@ impl Kind {
     }
 }
 
-/// The elements of one accessor. Their ranges in the buffers were checked, so reading an element cannot fail.
+/// The elements of one accessor, such as the positions of vertices. It was checked that they lie in the buffers, so reading
+/// an element cannot fail.
 pub struct Elements<'a> {
     pub count: u64,
     component: Component,
@@ -66,7 +69,7 @@ struct Strided<'a> {
     stride: usize,
 }
 
-/// The elements that a sparse accessor replaces: their indices, which increase, and one value for each index.
+/// The elements of a sparse accessor that are replaced: their indices, in ascending order, and the new value for each index.
 struct Replaced<'a> {
     indices: Vec<u64>,
     values: Strided<'a>,
@@ -83,7 +86,8 @@ enum Component {
 }
 
 impl Component {
-    /// The component type with this `componentType` code of glTF, such as 5126; `None` for an unknown code.
+    /// The component type that glTF's `componentType` denotes by `code`, such as 5126 for floats; `None` for an unknown
+    /// code.
     fn of(code: u64) -> Option<Self> {
         match code {
             5120 => Some(Self::I8),
@@ -109,8 +113,9 @@ impl Component {
         matches!(self, Self::U8 | Self::U16 | Self::U32)
     }
 
-    /// The number in the first bytes of `bytes`. If `normalized` is true, an integer is divided by the largest value of its
-    /// type: the result is in [0, 1] for unsigned types and in [−1, 1] for signed ones.
+    /// Decodes one component from the first bytes of `bytes`. If `normalized` is true, an integer is divided by the largest
+    /// value of its type: the result is in [0, 1] for unsigned types and in [−1, 1] for signed ones. Otherwise, and for
+    /// floats, the number is returned unchanged.
     fn number(self, bytes: &[u8], normalized: bool) -> f64 {
         let (number, one) = match (self, bytes) {
             (Self::I8, &[a, ..]) => (f64::from(a as i8), 127.0),
@@ -138,9 +143,10 @@ impl Component {
 }
 
 impl<'a> Accessors<'a> {
-    /// The elements of accessor `index` as a vertex attribute. It must have one of the types `kinds` and components that are
-    /// floats, or integers of 8 or 16 bits, normalized or not (KHR_mesh_quantization). `used_as` names the use in messages.
-    /// Fails if the type or a range is wrong.
+    /// The elements of the accessor at `index` in the file as a vertex attribute. The accessor must have one of the types
+    /// `kinds`, and components that are floats or integers of 8 or 16 bits, normalized or not (`KHR_mesh_quantization`).
+    /// `used_as` says in messages what the accessor is used for. Fails if a type is wrong, or if elements lie outside of
+    /// their buffer.
     pub fn attribute(&self, index: u64, used_as: &str, kinds: &[Kind]) -> Result<Elements<'a>> {
         let (what, accessor) = self.accessor(index, used_as)?;
         let component = Component::of(accessor.component_type).filter(|c| *c != Component::U32);
@@ -161,8 +167,9 @@ impl<'a> Accessors<'a> {
         )
     }
 
-    /// The elements of accessor `index` as vertex indices: unsigned integers of 8, 16 or 32 bits. `used_as` names the use in
-    /// messages. Fails if the type or a range is wrong.
+    /// The elements of the accessor at `index` in the file as vertex indices: unsigned integers of 8, 16 or 32 bits.
+    /// `used_as` says in messages what the accessor is used for. Fails if the type is wrong, or if elements lie outside of
+    /// their buffer.
     pub fn indices(&self, index: u64, used_as: &str) -> Result<Elements<'a>> {
         let (what, accessor) = self.accessor(index, used_as)?;
         match Component::of(accessor.component_type) {
@@ -177,9 +184,10 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// All numbers of accessor `index`, element by element, for animations. Its elements must have the type `kind`, such as
-    /// `VEC3` with 3 `components`, and be floats or, unless `floats_only`, normalized integers. Fails if the type or a range
-    /// is wrong, or if the file takes too much memory.
+    /// All numbers of the accessor at `index` in the file, element by element, for animations. Its elements must have the
+    /// type `kind`, such as `VEC3` with 3 `components`, and be floats or, unless `floats_only` is true, normalized integers.
+    /// `used_as` says in messages what the accessor is used for. Fails if the type is wrong, if elements lie outside of
+    /// their buffer, or if the file takes too much memory.
     pub fn numbers(
         &self,
         index: u64,
@@ -295,8 +303,8 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    /// The bytes of the buffer view at index `view`. `what` names its user in messages. Fails if an index or the range of
-    /// the view is wrong.
+    /// The bytes of the buffer view at the index `view` in the file. `what` is the element that uses the view, for messages.
+    /// Fails if the view or its buffer does not exist, or if the view extends beyond its buffer.
     pub fn view(&self, what: &str, view: u64) -> Result<&'a [u8]> {
         let views = &self.document.buffer_views;
         let Some(found) = get(views, view) else {
@@ -323,9 +331,9 @@ impl<'a> Accessors<'a> {
         Ok(&buffer[found.byte_offset as usize..end as usize])
     }
 
-    /// The bytes of `count` elements of `size` bytes each, from byte `offset` of the buffer view `view`. If `strided` is
-    /// true, the view's `byteStride` separates the elements; otherwise they are adjacent. Fails if they do not lie in the
-    /// view.
+    /// The bytes of `count` elements of `size` bytes each, which start at byte `offset` of the buffer view with the index
+    /// `view`. If `strided` is true, the starts of the elements are `byteStride` of the view apart, if it states one;
+    /// otherwise the elements are adjacent. `what` names the elements in messages. Fails if they extend beyond the view.
     fn range(
         &self,
         what: &str,
@@ -370,12 +378,13 @@ impl Strided<'_> {
 }
 
 impl Elements<'_> {
-    /// The vertex index that element `index` holds.
+    /// The value of the element at `index`, which must be one integer, as the index of a vertex.
     pub fn index(&self, index: u64) -> u64 {
         self.component.index(self.element(index as usize))
     }
 
-    /// The first three components of element `index`. Normalized integers become numbers in [0, 1] or [−1, 1].
+    /// The first three components of the element at `index`. Normalized integers become numbers in [0, 1] or [−1, 1]; other
+    /// components are returned unchanged.
     pub fn vector(&self, index: u64) -> Vec3 {
         Vec3::new(
             self.number(index, 0),
@@ -384,25 +393,29 @@ impl Elements<'_> {
         )
     }
 
-    /// The RGBA colour that element `index` holds. If the elements have no alpha, it is 1 (opaque).
+    /// The element at `index` as a colour: RGBA, with the alpha 1 (opaque) if the elements have only three components.
+    /// Normalized integers become numbers in [0, 1].
     pub fn color(&self, index: u64) -> Vec4 {
         let opaque = self.size < 4 * self.component.size();
         let alpha = if opaque { 1.0 } else { self.number(index, 3) };
         self.vector(index).extend(alpha)
     }
 
-    /// The four components of element `index`. Normalized integers become numbers in [0, 1] or [−1, 1].
+    /// The four components of the element at `index`. Normalized integers become numbers in [0, 1] or [−1, 1]; other
+    /// components are returned unchanged.
     pub fn quadruple(&self, index: u64) -> Vec4 {
         self.vector(index).extend(self.number(index, 3))
     }
 
-    /// The component at position `component`, from 0, of element `index`, converted to f32 by [`Component::number`].
+    /// One component of the element at `index`, converted to f32 after [`Component::number`] has decoded it. `component`
+    /// counts the components from 0.
     fn number(&self, index: u64, component: usize) -> f32 {
         let bytes = &self.element(index as usize)[component * self.component.size()..];
         self.component.number(bytes, self.normalized) as f32
     }
 
-    /// The first two components of element `index`. Normalized integers become numbers in [0, 1] or [−1, 1].
+    /// The first two components of the element at `index`. Normalized integers become numbers in [0, 1] or [−1, 1]; other
+    /// components are returned unchanged.
     pub fn pair(&self, index: u64) -> Vec2 {
         Vec2::new(self.number(index, 0), self.number(index, 1))
     }
@@ -421,7 +434,8 @@ impl Elements<'_> {
     }
 }
 
-/// The item of a list at an index from a file; `None` if the index is out of range, so that a damaged file causes no panic.
+/// The item of a list at an index that a file states; `None` if the index is out of range, so that a damaged file causes no
+/// panic.
 pub fn get<T>(items: &[T], index: u64) -> Option<&T> {
     items.get(usize::try_from(index).ok()?)
 }

@@ -16,15 +16,16 @@ use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 
-/// The tracks of all animated properties, by the index of their node or material in the file. A track is a list of keys:
-/// times with values.
+/// The keyframes of all animated properties of the file. The keys of both maps are indices in the file: of the node whose
+/// transform changes, and of the material whose emission changes.
 #[derive(Default)]
 pub struct Animations {
     nodes: BTreeMap<usize, AnimatedTransform>,
     materials: BTreeMap<usize, Emission>,
 }
 
-/// The property that a channel of a glTF animation changes, with the index of its node or material in the file.
+/// The property that a channel of a glTF animation changes. The number is the index in the file of the node or the material
+/// that has the property.
 enum Target {
     Translation(usize),
     Rotation(usize),
@@ -33,8 +34,8 @@ enum Target {
     EmissiveStrength(usize),
 }
 
-/// Reads the keys of all animation channels that change a supported property; the other channels get a notice in `tally`.
-/// `placed` are the nodes of the scene. Fails if a channel's indices or keys are wrong.
+/// Reads the keyframes of all animation channels that change a supported property; other channels are ignored, with a notice
+/// in `tally`. `placed` are the nodes of the scene. Fails if an index or a keyframe of a channel is wrong.
 pub fn read(
     accessors: &Accessors<'_>,
     placed: &[Placed<'_>],
@@ -67,8 +68,8 @@ pub fn read(
     Ok(read)
 }
 
-/// The property that a channel changes. `None`, with a notice, if it is not supported. `what` names the channel in messages.
-/// Fails if the index of a node or material is out of range.
+/// The property that a channel changes; `None`, with a notice in `tally`, if this property cannot be animated. `what` names
+/// the channel in messages. Fails if the index of a node or a material is out of range.
 fn target(
     accessors: &Accessors<'_>,
     what: &str,
@@ -137,7 +138,8 @@ fn target(
     })
 }
 
-/// The location of a channel's keys: a sampler of an animation, with the names for messages.
+/// The place from which the keyframes of one channel are read: a sampler of an animation, by its index. The other fields
+/// serve messages.
 struct Source<'a> {
     accessors: &'a Accessors<'a>,
     animation: &'a Animation,
@@ -147,9 +149,9 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Reads and checks the keys of the sampler. `kind` is the type of its values with their number of components, such as
-    /// `VEC3` with 3; `make` makes a value from this number of components. Fails if indices, types, times or values are
-    /// wrong.
+    /// Reads and checks the keyframes of the sampler. `kind` is the type of their values with its number of components, such
+    /// as `VEC3` with 3; `make` makes one value from this number of components. Fails if an index, a type, a time or a value
+    /// is wrong.
     fn track<T: Keyed>(&self, kind: (&str, usize), make: impl Fn(&[f64]) -> T) -> Result<Track<T>> {
         let samplers = &self.animation.samplers;
         let Some(sampler) = get(samplers, self.sampler) else {
@@ -192,8 +194,8 @@ impl Source<'_> {
         Ok(track)
     }
 
-    /// Checks that the emission at every key is from 0 to [`BRIGHTEST`], both included. `most` returns the smallest and the
-    /// largest colour channel of a value.
+    /// Checks that the colour or the strength at every key of a track is from 0 to [`BRIGHTEST`], both included, and
+    /// otherwise fails. `most` returns the smallest and the largest channel of a value.
     fn check_emission<T: Keyed>(
         &self,
         track: &Track<T>,
@@ -279,9 +281,9 @@ impl Animations {
         Ok(())
     }
 
-    /// The tracks of the node at index `node` in the file. If it has none so far, constant ones are added, from its
-    /// transform in the file. `None` if the scene does not contain the node. Fails if the node has a matrix, which cannot be
-    /// animated.
+    /// The animated transform of the node at index `node` in the file. If the node has no animated transform yet, a constant
+    /// one is inserted, which is the node's transform in the file. `None` if the scene does not contain the node. Fails if
+    /// the node has a matrix, which cannot be animated.
     fn moving(
         &mut self,
         source: &Source<'_>,
@@ -316,13 +318,13 @@ impl Animations {
         })
     }
 
-    /// True if keys change the emission of the material at this index in the file.
+    /// True if there are keyframes for the emission of the material at the index `material` in the file.
     pub fn change_emission_of(&self, material: usize) -> bool {
         self.materials.contains_key(&material)
     }
 
-    /// The motion of the scene; `None` if nothing has keys. `instances`, `cameras` and `lights` have one entry for each
-    /// instance, camera and light of the scene: the index in `placed` of its node.
+    /// The motion of the scene; `None` if nothing has keyframes. `placed` are the nodes of the scene. `instances`, `cameras`
+    /// and `lights` have one entry for each instance, camera and light of the scene: the index of its node in `placed`.
     pub fn motion(
         mut self,
         placed: &[Placed<'_>],

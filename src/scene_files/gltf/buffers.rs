@@ -1,4 +1,4 @@
-//! Reads the bytes of a glTF file: the two chunks of a GLB, files beside it, and data URIs.
+//! Reads the bytes of a glTF file: the two chunks of a GLB file (JSON and binary), buffers in other files, and data URIs.
 
 use super::damaged;
 use super::document::Document;
@@ -16,18 +16,18 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
-/// A decoder of base64 in the usual alphabet. Like browsers, it accepts text without padding, and ignores bits at the end
-/// that make no whole byte.
+/// A decoder of base64 in the standard alphabet. Like browsers, it accepts text without padding, and ignores bits at the end
+/// that do not fill a byte.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &alphabet::STANDARD,
     PAD_INDIFFERENT.with_decode_allow_trailing_bits(true),
 );
 
-/// The JSON and, if there is one, the binary chunk of a glTF file, both borrowed from its bytes.
+/// The JSON of a glTF file, and its binary chunk if it has one. Both are borrowed from the bytes of the file.
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
 
-/// Splits the bytes of a glTF file into its chunks. Without the header of a GLB, all bytes are JSON (`.gltf`). Fails if the
-/// GLB is damaged or has another version than 2.
+/// Splits the bytes of a glTF file into its chunks. If they do not begin with the header of a GLB file, all bytes are JSON
+/// (`.gltf`). Fails if the GLB file is damaged, or if its version is not 2.
 pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes.into(), None));
@@ -69,25 +69,26 @@ fn json_chunk(bytes: &[u8]) -> Option<&[u8]> {
     bytes[20..].get(..word(bytes, 12)?).filter(|_| is_json)
 }
 
-/// The unsigned number in the four bytes from byte `at`, in little-endian order; `None` if the file ends before.
+/// The unsigned number in the four bytes from byte `at`, in little-endian order; `None` if the file ends before the fourth
+/// byte.
 fn word(bytes: &[u8], at: usize) -> Option<usize> {
     let word = bytes.get(at..)?.first_chunk()?;
     Some(u32::from_le_bytes(*word) as usize)
 }
 
-/// The bytes of a glTF file's buffers. Only data from other files and from data URIs are copied; the binary chunk is
-/// borrowed. Each file is read once.
+/// The bytes of all buffers of a glTF file. Bytes from other files and from data URIs are copied; the binary chunk is only
+/// borrowed. A file that several buffers name is read once.
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// One entry per buffer, in the order of the document: the index of its bytes in `copies`, or `None` for the binary
-    /// chunk, and its length in bytes.
+    /// One entry per buffer, in the order of the document: the index in `copies` of the buffer's bytes, or `None` if they
+    /// are the binary chunk, and the length of the buffer in bytes.
     sources: Vec<(Option<usize>, usize)>,
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers of a document from the chunk `binary`, from data URIs and from files in `folder`. Fails if a source
-    /// is missing, damaged, or shorter than its buffer.
+    /// Reads all buffers of a document: from `binary`, the binary chunk, from data URIs, and from files in `folder`. Fails
+    /// if the bytes of a buffer are missing, damaged, or fewer than the document states, or if `progress` ends the loading.
     pub fn load(
         document: &Document,
         binary: Option<&'a [u8]>,
@@ -158,22 +159,23 @@ impl<'a> Buffers<'a> {
         source.map_or(self.binary, |copy| &self.copies[copy])
     }
 
-    /// The bytes of each buffer, in the order of the document, cut to the length that the document gives.
+    /// The bytes of each buffer, in the order of the document. Further bytes of the file or chunk, beyond the length of the
+    /// buffer in the document, are left out.
     pub fn slices(&self) -> Vec<&[u8]> {
         let slice = |(source, length): &(Option<usize>, usize)| &self.bytes(*source)[..*length];
         self.sources.iter().map(slice).collect()
     }
 
-    /// The total size of the binary chunk and of all copies, in bytes. The limit on the memory of the scene depends on it
-    /// ([`super::unfolding`]).
+    /// The total size of the binary chunk and of all copied buffers, in bytes. The limit on the memory that the scene may
+    /// take is computed from it ([`super::unfolding`]).
     pub fn total(&self) -> u64 {
         let copies = self.copies.iter().map(Vec::len).sum::<usize>();
         (self.binary.len() + copies) as u64
     }
 }
 
-/// Opens the file of a buffer, which `uri` names. `what` is the buffer in messages. Fails if the file does not exist or may
-/// not be opened.
+/// Opens the file that `uri` names, for a buffer. `what` names the buffer in messages. Fails if the file does not exist, or
+/// if the user does not permit files at this place.
 fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
     let name = file_name(what, uri)?;
     folder.open(what, &[PathBuf::from(&*name)])?.ok_or_else(|| {
@@ -185,8 +187,8 @@ fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
 }
 
 /// The path of the file that a URI names, with its percent codes decoded. It is relative to the scene's folder, or absolute
-/// for `file://`. Fails for files on other machines and for wrong percent codes; `what` is the element that has the URI, for
-/// messages.
+/// for `file://`. Fails if the URI names a file on another machine, or if a percent code is wrong. `what` names the element
+/// with the URI in messages.
 pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
     // A file of another machine cannot be opened.
     let local = (uri.strip_prefix("file://localhost")).or_else(|| uri.strip_prefix("file://"));
@@ -205,15 +207,16 @@ pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
     })
 }
 
-/// The bytes that a data URI holds, given the text after `data:`, such as `[type];base64,…`. `None` if it is not base64.
+/// The bytes that a data URI contains. `data` is the text after `data:`, such as `[type];base64,…`. `None` if the text is
+/// not valid base64.
 pub fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, content) = data.split_once(',')?;
     kind.ends_with(";base64").then_some(())?;
     BASE64.decode(&*decode_percent(content)?).ok()
 }
 
-/// The text with its percent codes, such as `%20`, decoded. `None` if a percent sign begins no code, or if the codes do not
-/// make UTF-8.
+/// Decodes the percent codes of a text, such as `%20`. `None` if a percent sign is not followed by two hexadecimal digits,
+/// or if the decoded bytes are not UTF-8.
 fn decode_percent(text: &str) -> Option<Cow<'_, str>> {
     // The crate lets a `%` without its two digits stand: here that is damage.
     let is_code = |rest: &str| {

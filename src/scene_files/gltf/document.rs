@@ -1,5 +1,5 @@
-//! The part of the JSON of a glTF file that Headwater reads. Indices are read unchanged, in 64 bits: code that follows an
-//! index checks it first. Other elements are ignored, or only noticed.
+//! Types for the part of a glTF file's JSON that Headwater reads; other members are ignored. Indices are stored as the file
+//! states them, in 64 bits, so the code that uses an index checks it first.
 //!
 //! The types of the `gltf` crate would lose data that matter here:
 //!
@@ -14,7 +14,8 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 
-/// The root object of the JSON of a glTF file. Other objects refer to the elements of its lists by index.
+/// The root object of the JSON of a glTF file, with the lists of its elements. Elements refer to each other by their indices
+/// in these lists.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Document {
@@ -53,8 +54,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// True if the material is unlit: then only its base colour and alpha count. Its other properties are for readers that
-    /// do not support `KHR_materials_unlit`.
+    /// True if the material is unlit (`KHR_materials_unlit`). Then only its base colour and alpha are used. Its other
+    /// properties are meant for programs that do not support the extension.
     pub const fn is_unlit(&self) -> bool {
         self.extensions.unlit.is_some()
     }
@@ -82,14 +83,15 @@ impl Default for MetallicRoughness {
     }
 }
 
-/// A use of a texture in a material.
+/// A reference from a material to a texture, with the set and the transform of texture coordinates.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct TextureInfo {
     pub index: u64,
     #[serde(default)]
     pub tex_coord: u64,
-    /// The factor on x and y of the vectors of a normal texture; `None` is 1. Other textures do not have it.
+    /// The factor on x and y of the vectors in a normal texture; `None` counts as 1. References to other textures do not
+    /// have it.
     pub scale: Option<f32>,
     #[serde(default)]
     pub extensions: TextureInfoExtensions,
@@ -220,8 +222,8 @@ pub struct Image {
     pub buffer_view: Option<u64>,
 }
 
-/// The glTF version of a file and, if stated, the minimum version that a reader must support. `version` is empty if the file
-/// does not state it, so that the file can be refused; the `gltf` crate would assume 2.0.
+/// The glTF version that a file states, and the minimum version that a program must support to read it, if the file states
+/// one. `version` is empty if the file states none, so that the file can be refused; the `gltf` crate would assume 2.0.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Asset {
@@ -229,7 +231,7 @@ pub struct Asset {
     pub min_version: Option<String>,
 }
 
-/// A glTF `scene`: the indices of the root nodes of its trees.
+/// A `scene` of a glTF file: the indices of the nodes that are the roots of its trees.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Roots {
@@ -276,8 +278,8 @@ pub struct Lights {
     pub lights: Vec<Light>,
 }
 
-/// A punctual light of `KHR_lights_punctual`, with the extension's units (candela or, for directional lights, lux; metres
-/// and radians) and its defaults.
+/// A punctual light, as `KHR_lights_punctual` defines it. The numbers are in the units of that extension: candela, or lux
+/// for directional lights; metres; radians.
 #[derive(Debug, Deserialize)]
 #[serde(default)]
 pub struct Light {
@@ -366,8 +368,8 @@ pub struct Channel {
     pub target: Target,
 }
 
-/// The property that a channel of an animation changes: a `path` of a node or, with the path `pointer`, the property that
-/// `KHR_animation_pointer` names.
+/// The property that a channel of an animation changes. It is the property `path` of the node `node`, such as `rotation`;
+/// or, if `path` is `pointer`, the property that `KHR_animation_pointer` names in `extensions`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Target {

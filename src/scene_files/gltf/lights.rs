@@ -1,4 +1,4 @@
-//! Reads punctual lights: `KHR_lights_punctual`.
+//! Reads the punctual lights of a glTF file from the extension `KHR_lights_punctual`.
 
 use super::damaged;
 use super::document::{Document, Light};
@@ -9,8 +9,8 @@ use crate::scene::{PunctualLight, PunctualShape};
 use glam::Vec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// The punctual light of a node; `None` if the node has none. Fails if its index is out of range, its type is unknown, or
-/// the angles of its cone are wrong.
+/// The punctual light that a node places in the scene; `None` if the node has none. Fails if the index of the light is out
+/// of range, its type is unknown, or the angles of its cone are wrong.
 pub fn of_node(document: &Document, placed: &Placed<'_>) -> Result<Option<PunctualLight>> {
     let Some(named) = &placed.node.extensions.light else {
         return Ok(None);

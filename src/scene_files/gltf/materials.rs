@@ -1,4 +1,4 @@
-//! Reads materials: metallic-roughness and the supported extensions.
+//! Reads materials: the metallic-roughness model, and the extensions of materials that are supported.
 
 use super::accessors::get;
 use super::document::{Document, Material as FileMaterial};
@@ -10,17 +10,19 @@ use crate::scene::{AlphaMode, Material};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::BTreeSet;
 
-/// The use of each material of a file. It decides which images are read: those of unused materials are not.
+/// The ways in which the scene uses the materials of a file. They decide which images are read: images that only unused
+/// materials need are not read.
 pub struct Uses {
-    /// One entry for each material: true if faces of the scene have it.
+    /// One entry for each material of the file: true if a mesh of the scene has a primitive with the material.
     pub has_faces: Vec<bool>,
-    /// One entry for each material: true if it emits light at any time. Otherwise its emissive texture is not read.
+    /// One entry for each material of the file: true if it emits light at some time. Otherwise its emissive texture is not
+    /// read.
     pub emits: Vec<bool>,
 }
 
 impl Uses {
-    /// The uses of the document's materials by the nodes `placed` of the scene. `is_animated` is true for the indices of
-    /// materials with animated emission.
+    /// Determines how `placed`, the nodes of the scene, use the materials of the document. `is_animated` returns true for
+    /// the index of a material whose emission is animated.
     pub fn of(
         document: &Document,
         placed: &[Placed<'_>],
@@ -53,8 +55,9 @@ impl Uses {
     }
 }
 
-/// The scene's materials with their textures, in the order of the file. Textures and alpha modes that are not supported get
-/// a notice in `tally`. Fails if a texture is wrong.
+/// The scene's materials with their textures, one for each of `materials`, in the order of the file. Kinds of textures that
+/// are not supported are ignored, and unknown alpha modes count as opaque, each with a notice in `tally`. Fails if a
+/// reference to a texture is wrong.
 pub fn read(
     materials: &[FileMaterial],
     textures: &Textures<'_>,
@@ -131,8 +134,8 @@ fn alpha_mode(what: &str, source: &FileMaterial, tally: &mut Tally) -> AlphaMode
     }
 }
 
-/// The emissive factor of a material, as linear RGB, and the strength that multiplies it. Their product is the emitted
-/// radiance.
+/// The emissive factor of a material, as linear RGB, and the emissive strength (1 if the file states none). Their product is
+/// the emitted radiance.
 pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
     let strength = &source.extensions.emissive_strength;
     (
@@ -141,8 +144,8 @@ pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
     )
 }
 
-/// The kinds of textures that are not supported, each with the number of materials that have it, such as `occlusion (3)`.
-/// They become a notice.
+/// The kinds of textures that are not supported but that some material has, each with the number of materials that have it,
+/// such as `occlusion (3)`. A notice lists them.
 fn ignored_textures(materials: &[FileMaterial]) -> Vec<String> {
     let kinds = ["occlusion", "specular", "specular colour"];
     let mut counts = [0; 3];

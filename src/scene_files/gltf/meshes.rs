@@ -1,4 +1,5 @@
-//! Reads meshes: merges their primitives, unrolls strips and fans, and leaves out vertices that no triangle uses.
+//! Reads meshes: merges the primitives of each mesh into one list of triangles, splits strips and fans into triangles, and
+//! leaves out vertices that no triangle uses.
 
 use super::accessors::{Accessors, Elements, Kind, get};
 use super::damaged;
@@ -8,7 +9,7 @@ use crate::scene::{Material, Mesh, Part};
 use crate::{Error, Result};
 use glam::{Vec2, Vec3, Vec4};
 
-/// The rule by which the corners of triangles follow from a primitive's list of corners: its glTF `mode`.
+/// The rule that selects the corners of each triangle from a primitive's list of corners: the `mode` in glTF.
 #[derive(Clone, Copy)]
 enum Topology {
     List,
@@ -24,7 +25,8 @@ impl Topology {
         }
     }
 
-    /// The three corners of triangle `i` in counter-clockwise order, as positions in the primitive's list of corners.
+    /// The three corners of the triangle `i` of a primitive, in counter-clockwise order, as positions in the primitive's
+    /// list of corners.
     fn corners(self, i: u64) -> [u64; 3] {
         match self {
             Self::List => [3 * i, 3 * i + 1, 3 * i + 2],
@@ -34,28 +36,31 @@ impl Topology {
     }
 }
 
-/// A reader of a file's meshes, one after another. Its table of vertex indices is kept from mesh to mesh to reuse the
+/// Reads the meshes of a file, one after another. It keeps its table of vertex indices from mesh to mesh, to reuse the
 /// memory.
 pub struct Meshes<'a> {
     accessors: Accessors<'a>,
-    /// One entry for each material: for each of the two sets of texture coordinates, true if a texture of the material uses
-    /// it. Unused sets are not read.
+    /// One entry for each material of the file, with two flags: whether a texture of the material uses the first set of
+    /// texture coordinates, and whether one uses the second. Sets that are not used are not read.
     sets: Vec<[bool; 2]>,
-    /// One entry for each material: true if it has a normal map. Only then tangents are read.
+    /// One entry for each material of the file: true if it has a normal map. Tangents are read only for triangles with such
+    /// a material.
     mapped: Vec<bool>,
-    /// For each of the two sets of texture coordinates, true if a material of the current mesh uses it.
+    /// For the first and the second set of texture coordinates: true if a material of the mesh that is being read uses the
+    /// set.
     needed: [bool; 2],
-    /// The index of the material of primitives that state none: it follows the file's materials.
+    /// The index in the scene of the material for primitives that state none. It comes after all materials of the file.
     default_material: u32,
-    /// True if a primitive has the default material, so that the scene must get it as its last material.
+    /// True if some primitive states no material. The default material must then be appended to the scene's materials.
     pub default_material_used: bool,
-    /// The index in the mesh of each vertex of the current primitive; `u32::MAX` if no triangle has used the vertex so far.
+    /// For each vertex of the primitive that is being read, its index in the mesh; `u32::MAX` if no triangle has used the
+    /// vertex so far.
     indices_in_mesh: Vec<u32>,
 }
 
 impl<'a> Meshes<'a> {
-    /// A reader of the meshes of the document in `accessors`. `materials` are the file's materials, in the order of the
-    /// file.
+    /// Prepares to read the meshes of the document in `accessors`. `materials` are the scene's materials, one for each
+    /// material of the file, in the order of the file.
     pub fn new(accessors: Accessors<'a>, materials: &[Material]) -> Self {
         let sets = |material: &Material| {
             [0, 1].map(|set| material.textures().any(|(_, texture)| texture.set == set))
@@ -73,8 +78,9 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Reads the mesh `source`, which is at `index` in the file. It may have no triangles. Primitives that are skipped, such
-    /// as lines, get a notice in `tally`. Fails if indices, types or values are wrong.
+    /// Reads the mesh `source`, which has the index `index` in the file. The result may have no triangles. Primitives that
+    /// are not supported, such as lines, are skipped with a notice in `tally`. Fails if an index, a type or a value is
+    /// wrong.
     pub fn read(&mut self, index: usize, source: &FileMesh, tally: &mut Tally) -> Result<Mesh> {
         let mut mesh = Mesh {
             name: source.name.clone(),
@@ -218,8 +224,8 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// Subtracts the memory of a primitive with `count` triangles and `corners` corners from the memory that elements of the
-    /// file may still take ([`super::unfolding`]), and prepares the table of vertex indices. Fails if too little memory is
+    /// Subtracts the memory that a primitive with `count` triangles and `corners` corners will take from the memory that the
+    /// scene may still take ([`super::unfolding`]), and enlarges the table of vertex indices. Fails if too little memory is
     /// left.
     fn reserve(
         &mut self,
@@ -240,8 +246,8 @@ impl<'a> Meshes<'a> {
         Ok(())
     }
 
-    /// Copies the `count` triangles of a primitive to the mesh, with the vertices that they use, in the order of their first
-    /// use. Fails if an index is out of range or a value is not finite.
+    /// Copies the `count` triangles of a primitive to the mesh, with the vertices that they use, in the order in which
+    /// triangles first use them. Fails if a vertex index is out of range, or if a value is not finite.
     fn copy(
         &mut self,
         source: &Source,

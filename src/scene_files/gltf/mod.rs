@@ -29,8 +29,8 @@ use meshes::Meshes;
 use textures::Textures;
 use unfolding::Unfolding;
 
-/// The glTF extensions that are supported. A file that requires any other extension is refused. If a file only uses another
-/// extension, the extension is ignored with a notice.
+/// The glTF extensions that are supported. A file that requires another extension is refused. If a file only uses another
+/// extension without requiring it, the extension is ignored, with a notice.
 const EXTENSIONS: [&str; 9] = [
     "EXT_texture_webp",
     "KHR_animation_pointer",
@@ -43,23 +43,23 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// The estimated memory of one object or list in the JSON, such as a node without content, with the data made from it, in
-/// bytes.
+/// The estimated memory of one object or list of the JSON, in bytes, including the data of the scene that are made from it.
+/// An example is a node without members.
 const OBJECT_BYTES: u64 = 1 << 10;
 
-/// The estimated memory, in bytes, of a list that begins with a number, and of a string in a list or a member of an object,
-/// without its text.
+/// The estimated memory of a string, without its text, that is an item of a list or a member of an object, in bytes. A list
+/// that begins with a number also counts with this memory.
 const STRING_BYTES: u64 = 128;
 
-/// The estimated memory of a number in a list, in bytes. The first number of a list is counted with the list
-/// ([`STRING_BYTES`]).
+/// The estimated memory of a number in a list, in bytes. The first number of a list is already part of [`STRING_BYTES`],
+/// with which the list is counted.
 const NUMBER_BYTES: u64 = 16;
 
-/// The maximum number of unsupported extensions that a notice lists. Further ones are summarised as "and others".
+/// The maximum number of unsupported extensions that a notice names. If there are more, the notice ends with "and others".
 const MAX_EXTENSIONS: usize = 16;
 
-/// Reads a scene from the bytes of a glTF file; the files that it names lie in `folder`. Errors name the element, not the
-/// file. The scene is not validated yet.
+/// Reads a scene from the bytes of a glTF file. Files that it names are looked for in `folder`. The messages of errors name
+/// the faulty element, but not the file. The scene is not validated yet.
 pub(super) fn read(
     bytes: &[u8],
     folder: &SceneFolder<'_>,
@@ -162,8 +162,8 @@ pub(super) fn read(
     Ok(scene)
 }
 
-/// Checks that there is enough memory for the data that the JSON describes, by the estimate of [`memory_of`]. A small file
-/// can describe many elements.
+/// Checks that there is enough memory for the data that the JSON describes, as [`memory_of`] estimates it. This check comes
+/// before the JSON is parsed, because a small file can describe very many elements.
 fn check_memory(json: &[u8]) -> Result<()> {
     memory::check(memory_of(json)).map_err(|cause| {
         Error::input(format!(
@@ -172,8 +172,8 @@ fn check_memory(json: &[u8]) -> Result<()> {
     })
 }
 
-/// An upper estimate of the memory that the data of the JSON take, in bytes, from a count of its objects, lists, strings and
-/// numbers.
+/// An upper estimate of the memory that the parsed JSON and the data made from it take, in bytes. It counts the objects,
+/// lists, strings and numbers of the JSON.
 fn memory_of(json: &[u8]) -> u64 {
     let mut bytes = 0;
     let mut rest = json;
@@ -196,8 +196,8 @@ fn memory_of(json: &[u8]) -> u64 {
     bytes
 }
 
-/// The rest of `json` behind the end of a string. `json` begins with the first character in the string; the result is empty
-/// if the string never ends.
+/// The rest of `json` after the end of a string. `json` must begin with the first character of the string, after its opening
+/// quote. The result is empty if the string never ends.
 fn after_string(json: &[u8]) -> &[u8] {
     let mut rest = json;
     while let Some(at) = rest.iter().position(|byte| matches!(byte, b'"' | b'\\')) {
@@ -229,7 +229,8 @@ fn parse(json: &[u8]) -> Result<Document> {
     Ok(document)
 }
 
-/// The error for JSON that cannot be read as a glTF document. It names the faulty element.
+/// The error for JSON that cannot be read as a glTF document. Its message contains the fault and the path of the faulty
+/// element, such as the name of a list and an index.
 fn not_json(json: &[u8], cause: &serde_json::Error) -> Error {
     // Read again to find the element: to follow it in every file would slow loading down.
     let json = &mut serde_json::Deserializer::from_slice(json);
@@ -298,7 +299,7 @@ fn out_of_range(what: &str, kind: &str, index: u64, count: usize) -> Error {
     ))
 }
 
-/// The error for a damaged glTF file: `fault`, with the advice to export the file again.
+/// The error for a damaged glTF file. Its message is `fault`, followed by the advice to export the file again.
 fn damaged(fault: impl std::fmt::Display) -> Error {
     Error::input(format!("{fault}; the file is damaged, export it again"))
 }

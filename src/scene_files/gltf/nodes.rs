@@ -1,5 +1,5 @@
-//! Reads the node hierarchy: checks that it consists of trees, walks it without recursion, and composes its transforms in
-//! f64.
+//! Reads the nodes of a scene: checks that they form trees, visits them without recursion, and multiplies their transforms
+//! in f64.
 
 use super::accessors::get;
 use super::damaged;
@@ -10,11 +10,11 @@ use crate::scene::notices::{Tally, label};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
-/// A node of the scene, with its transforms to its parent and to the world.
+/// A node that belongs to the scene, with its transforms at rest, without keyframes: to its parent and to the world.
 pub struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,
-    /// The index of its parent in the list that [`placed`] returns; `None` for a root.
+    /// The index of the parent in the list that [`placed`] returns; `None` for a node without a parent.
     pub parent: Option<u32>,
     pub in_parent: DAffine3,
     pub to_world: DAffine3,
@@ -26,8 +26,8 @@ impl Placed<'_> {
         label("node", self.index, &self.node.name)
     }
 
-    /// The name of the node or, if it has none, `shown`, the name of the node's camera or light. `shown` is cut after 256
-    /// characters, because many nodes may share one camera or light, and each copies the name.
+    /// The name of the node or, if it is empty, `shown`, which is the name of the node's camera or light. `shown` is cut
+    /// after 256 characters, because very many nodes can refer to one camera or light, and each would copy its name.
     pub fn name_or(&self, shown: &str) -> String {
         match self.node.name.as_str() {
             "" => shown.chars().take(256).collect(),
@@ -35,7 +35,8 @@ impl Placed<'_> {
         }
     }
 
-    /// The node's scale, rotation (a unit quaternion) and translation in the file, which hold for properties without keys.
+    /// The node's scale, rotation (a unit quaternion) and translation in the file. Those of them that have no keyframes keep
+    /// this value at all times.
     pub fn rest(&self) -> (DVec3, DQuat, DVec3) {
         rest(self.node)
     }
@@ -50,8 +51,8 @@ fn rest(node: &Node) -> (DVec3, DQuat, DVec3) {
     )
 }
 
-/// All nodes of the default scene, depth first: each node follows its parent, and children of one parent have the order of
-/// the file. Fails if the nodes are no trees, an index is out of range, or a transform is wrong.
+/// All nodes of the default scene, depth first: each node comes after its parent, and the children of a node are in the
+/// order of the file. Fails if the nodes do not form trees, an index is out of range, or a transform is wrong.
 pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
     let parents = parents(document)?;
     let mut waiting: Vec<(usize, Option<u32>, DAffine3)> = roots(document, &parents)?
@@ -86,7 +87,7 @@ pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
     Ok(placed)
 }
 
-/// The index of the parent of each node of the document; `None` for a node without a parent. Fails if a node has two
+/// For each node of the document, the index of its parent; `None` for a node without a parent. Fails if a node has two
 /// parents, if the nodes form a cycle, or if an index is out of range.
 fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
     let nodes = &document.nodes;
@@ -128,8 +129,9 @@ fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
     Ok(parents)
 }
 
-/// The indices of the root nodes of the default scene. Without a default scene they are those of the first scene; without
-/// scenes they are all nodes that have no parent. Fails if a root is out of range, is a child, or is listed twice.
+/// The indices of the root nodes of the default scene. If the file names no default scene, its first scene is used; if it
+/// has no scenes, the roots are all nodes without a parent. Fails if a root is out of range, is a child of another node, or
+/// is listed twice.
 fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
     let chosen = document.scene.unwrap_or(0);
     let Some(scene) = get(&document.scenes, chosen) else {
@@ -182,9 +184,9 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
     ))
 }
 
-/// The camera of the node `placed`. `camera` is its description in the file, at `index` in the list of cameras. `None`, with
-/// a notice, if it is orthographic or if the node's transform is flat and gives no direction. Fails if its field of view or
-/// aspect ratio is wrong.
+/// The camera of the node `placed`. `camera` is its description, at `index` in the file's list of cameras. `None`, with a
+/// notice in `tally`, if the camera is orthographic, or if the node's transform has a scale of 0 or its axes in one plane
+/// and so gives no direction. Fails if the field of view or the aspect ratio is wrong.
 pub fn camera(
     placed: &Placed,
     index: u64,

@@ -1,4 +1,5 @@
-//! Reads textures: images from files, data URIs and buffer views, each decoded once.
+//! Reads the textures of a glTF file, and loads their images from files, data URIs and buffer views. An image that several
+//! textures use is read and decoded once.
 
 use super::accessors::{Accessors, get};
 use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
@@ -15,25 +16,27 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-/// The textures of a file, with the images of those that materials need.
+/// The textures of a glTF file, and the indices of the images that were loaded for them. [`Self::of_material`] returns those
+/// of one material for the scene.
 pub struct Textures<'a> {
     document: &'a Document,
     uses: &'a Uses,
-    /// One entry for each image of the file: its index among the scene's images, or `None` if no material needs it or its
-    /// file is missing.
+    /// One entry for each image of the glTF file, in the file's order: the index of its decoded image among the images of
+    /// the scene. `None` if no material of the scene's faces needs the image, or if the image's file is missing.
     images: Vec<Option<u32>>,
 }
 
-/// The source of the encoded bytes of an image: a file, a data URI or a buffer view.
+/// Where the encoded bytes of an image (PNG, JPEG or WebP) come from: a file, a data URI or a buffer view.
 enum Source<'a> {
     File(SceneFile),
-    /// The text of a data URI, after `data:`.
+    /// The text of a data URI after `data:`, such as `image/png;base64,…`.
     Uri(&'a str),
-    /// The index of a buffer view.
+    /// The index, among the buffer views of the glTF file, of the view that contains the bytes.
     View(u64),
 }
 
-/// The identity of an image's source. Images of the file with equal identities are one image in the scene.
+/// The identity of an image's source: the device and inode numbers of a file, the text of a data URI, or the index of a
+/// buffer view. Images of the glTF file with equal identities are one image in the scene, which is read and decoded once.
 #[derive(PartialEq, Eq, Hash)]
 enum Identity<'a> {
     File((u64, u64)),
@@ -42,8 +45,8 @@ enum Identity<'a> {
 }
 
 impl<'a> Textures<'a> {
-    /// Loads the images of the textures that materials need according to `uses`. Returns the textures, and the decoded
-    /// images of the scene.
+    /// Loads the images that materials need. `uses` states which materials the faces of the scene have, and which of these
+    /// emit light. Returns the textures, and the decoded images, which become the images of the scene.
     ///
     /// # Errors
     /// An index is out of range; an image cannot be read or decoded, or is missing although the user does not permit it; the
@@ -106,9 +109,10 @@ impl<'a> Textures<'a> {
         Ok((textures, images))
     }
 
-    /// The textures of the material at `index`, for base colour, metallic-roughness, normal and emission, in this order.
-    /// `None` if the material has no such texture, does not need it, or its image is missing. Fails if an index, a wrap mode
-    /// or the set of texture coordinates is wrong.
+    /// The textures of the material at `index` of the glTF file, for base colour, metallic-roughness, normal and emission,
+    /// in this order. `None` if the material has no such texture, if the texture would have no effect, or if its image is
+    /// missing. Fails if an index, a wrap mode or the set of texture coordinates is wrong; `what` is the name of the
+    /// material in the error.
     pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
         if !self.uses.has_faces[index] {
             return Ok([None; 4]);
@@ -161,8 +165,9 @@ impl<'a> Textures<'a> {
         }))
     }
 
-    /// The index, in the file's list of images, of the image that a texture uses. A WebP image is preferred to the texture's
-    /// other image. Fails if an index is out of range or the texture has no supported image.
+    /// The index, in the file's list of images, of the image that the texture with the index `texture` uses. If the texture
+    /// has two images, the WebP image is preferred. Fails if an index is out of range or the texture has no supported image;
+    /// `what` is the use of the texture in the error, such as `normal texture of material 3`.
     fn image_of(&self, what: &str, texture: u64) -> Result<usize> {
         let document = self.document;
         let Some(found) = get(&document.textures, texture) else {
@@ -192,8 +197,9 @@ impl<'a> Textures<'a> {
 }
 
 /// The supported textures of a material, each with its name for messages: base colour, metallic-roughness, normal, emissive.
-/// `None` if the material lacks the texture, or if it has no effect. An unlit material has only the first one. The emissive
-/// one has an effect only if `emits` is true, which means that the material emits light at some time.
+/// `None` if the material lacks the texture, or if the texture has no effect on the picture: in an unlit material only that
+/// of the base colour has one. The emissive texture has an effect only if `emits` is true, which means that the material
+/// emits light at some time.
 fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
     let lit = |texture| {
@@ -216,9 +222,9 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
     ]
 }
 
-/// The matrix of `KHR_texture_transform`, which scales, then rotates, then moves texture coordinates. The extension's
-/// description and the matrix in it rotate in opposite directions; this function follows the description, as other readers
-/// do (KhronosGroup/glTF, issue 1563).
+/// The matrix of `KHR_texture_transform` for texture coordinates: it scales them, then rotates them, then moves them. In the
+/// extension, the text and the example matrix rotate in opposite directions. This function follows the text, as other
+/// programs that read glTF do (KhronosGroup/glTF, issue 1563).
 fn transform(placed: &TextureTransform) -> Affine2 {
     let (sin, cos) = placed.rotation.sin_cos();
     // Counter-clockwise where v points down.
@@ -228,8 +234,9 @@ fn transform(placed: &TextureTransform) -> Affine2 {
 }
 
 impl<'a> Source<'a> {
-    /// The source of an image's bytes; `None` if its file is missing. `what` is the image in messages. Fails if the file may
-    /// not be opened, or if the image has no source.
+    /// The source of an image's bytes; `None` if the image's file is missing, or is outside of the scene's folder while the
+    /// user permits missing files. Fails if the file may not or cannot be opened, or if the image has no source. `what` is
+    /// the image's name in messages.
     fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
@@ -256,7 +263,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The bytes of the image in its encoding (PNG, JPEG or WebP), read from this source. `what` is the image in messages.
+    /// The bytes of the image in its encoding (PNG, JPEG or WebP), read from this source. Fails if the file cannot be read,
+    /// the data URI is not base64, or the buffer view is out of range. `what` is the image's name in messages.
     fn read<'b>(
         self,
         what: &str,

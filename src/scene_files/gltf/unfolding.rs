@@ -1,34 +1,37 @@
-//! A limit on the memory that the elements of a glTF file take when they are unfolded, which means copied out of its
-//! buffers. Many elements may use the same bytes, so a small file could otherwise require any amount of memory or time.
+//! A limit on the memory that the elements of a glTF file (vertices, indices, keys) take when they are unfolded, which means
+//! copied out of the file's buffers. Many elements may use the same bytes of a buffer, so a small file could otherwise
+//! require any amount of memory or time.
 
 use crate::base::memory;
 use crate::{Error, Result};
 use std::cell::Cell;
 
 /// The number of bytes that the elements of a glTF file may take, when copied out of its buffers, for each byte of the file.
-/// The limit is this number times the size of the file, plus [`FREE_BYTES`].
+/// The whole limit is this number times the size of the file, plus [`FREE_BYTES`].
 const RATIO: u64 = 64;
 
-/// The number of bytes that the elements of a glTF file may always take when copied out of its buffers, however small the
-/// file is.
+/// The constant part of the limit: the number of bytes that the elements of a glTF file may take in any case when copied out
+/// of its buffers, however small the file is.
 const FREE_BYTES: u64 = 1 << 30;
 
 /// The number of bytes that the elements of a glTF file (vertices, indices, keys) may still take when they are copied out of
-/// the file's buffers. It decreases with each read, and bounds the memory that a small file can require.
+/// the file's buffers. Each read of elements subtracts its bytes, so that a small file cannot require any amount of memory.
 pub struct Unfolding(Cell<u64>);
 
 impl Unfolding {
-    /// The limit for a file whose buffers and JSON have `file_bytes` bytes together.
+    /// The limit for a file, before anything is read from it. `file_bytes` is the size of its buffers and of its JSON
+    /// together.
     pub fn of(file_bytes: u64) -> Self {
         Self(Cell::new(
             FREE_BYTES.saturating_add(file_bytes.saturating_mul(RATIO)),
         ))
     }
 
-    /// Subtracts `bytes`, the memory that elements will take, from the limit. `what` names the elements in messages.
+    /// Subtracts `bytes`, the memory that elements will take, from what is left of the limit. It is called before the memory
+    /// is allocated. `what` names the elements in messages.
     ///
     /// # Errors
-    /// The limit has fewer bytes left, or there is not enough memory for them.
+    /// Less than `bytes` is left of the limit, or the machine has less free memory.
     pub fn take(&self, what: &str, bytes: u128) -> Result<()> {
         let bytes = u64::try_from(bytes).ok();
         match bytes.and_then(|bytes| self.0.get().checked_sub(bytes)) {

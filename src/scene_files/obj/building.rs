@@ -1,14 +1,16 @@
-//! Builds one mesh from the faces of an OBJ file.
+//! Builds the meshes of an OBJ file from its faces, one mesh at a time.
 
 use crate::scene::{Mesh, Part};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 
-/// The index of a normal or of texture coordinates that a corner does not have.
+/// The value of [`Corner::normal`] for a corner without a normal, and of [`Corner::coordinates`] for a corner without
+/// texture coordinates.
 pub const MISSING: u32 = u32::MAX;
 
-/// A corner of a face, as indices from 0 into the file's positions, normals and texture coordinates. The last two are
-/// [`MISSING`] if the face does not give them; texture coordinates also if the face's material has no textures.
+/// A corner of a face: indices, from 0, into the positions, normals and texture coordinates of the whole file. `normal` and
+/// `coordinates` are [`MISSING`] if the face does not state them. `coordinates` is also [`MISSING`] if the face's material
+/// has no textures, so that it does not split vertices without need.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Corner {
     pub position: u32,
@@ -16,19 +18,21 @@ pub struct Corner {
     pub coordinates: u32,
 }
 
-/// The mesh that is built from the faces since the last `o` or `g` statement.
+/// The mesh that is built from the faces since the last `o` or `g` statement. The next such statement, or the end of the
+/// file, adds the mesh to the scene.
 #[derive(Default)]
 pub struct Building {
     pub mesh: Mesh,
-    /// The index of the vertex in the mesh for each corner so far, so that equal corners share a vertex.
+    /// For each different corner so far, the index in the mesh of its vertex, so that equal corners share a vertex.
     vertices: HashMap<Corner, u32>,
     pub has_normals: bool,
     pub has_coordinates: bool,
 }
 
 impl Building {
-    /// The index of the vertex in the mesh for a corner; a new vertex is added if no equal corner was used before.
-    /// `position` is the corner's position in the mesh, `normals` and `coordinates` are all those of the file.
+    /// The index in the mesh of the vertex for a corner. If no equal corner was used before, a new vertex is added.
+    /// `position` is the corner's position relative to the mesh's origin; `normals` and `coordinates` are all normals and
+    /// texture coordinates of the file, into which the corner has indices.
     pub fn vertex(
         &mut self,
         corner: Corner,
@@ -65,8 +69,8 @@ impl Building {
     }
 }
 
-/// Sorts the triangles of a mesh by material, in the order in which the materials are first used. Each material then has one
-/// part.
+/// Sorts the triangles of a mesh by material, in the order in which the materials are first used. Afterwards each material
+/// of the mesh has exactly one part, which is a range of consecutive triangles with the same material.
 pub fn join_parts(mesh: &mut Mesh) {
     let mut order: HashMap<u32, usize> = HashMap::new();
     for part in &mesh.parts {

@@ -1,15 +1,16 @@
-//! Splits OBJ and MTL files into statements: a keyword with the words after it.
+//! Splits OBJ and MTL files into statements. A statement is a keyword, such as `v` or `newmtl`, with the words after it.
 
 use crate::scene::notices::quoted;
 use crate::{Error, Result};
 use std::io::{BufRead, Read};
 
-/// The maximum length of a statement, in bytes, with all lines that backslashes join. A longer statement is an error,
-/// because it would fill the memory and is no sensible OBJ or MTL.
+/// The maximum length of a statement, in bytes. The lines that a statement continues with a backslash count too. A longer
+/// statement is an error, because it would fill the memory and no sensible OBJ or MTL file has it.
 const MAX_BYTES: usize = 64 << 20;
 
-/// A reader of the statements of a file, one after another, which reuses its memory. A backslash at a line's end joins the
-/// line with the next one; `#` begins a comment. A statement with bytes that are not UTF-8 is read as Latin-1.
+/// A reader that returns the statements of an OBJ or MTL file one after another, and reuses its memory for each. A backslash
+/// at a line's end joins the line with the next one; `#` begins a comment. A statement whose bytes are not UTF-8 is read as
+/// Latin-1.
 pub struct Lines<R> {
     source: R,
     bytes: Vec<u8>,
@@ -17,17 +18,18 @@ pub struct Lines<R> {
     number: usize,
 }
 
-/// A statement of an OBJ or MTL file, without its comment.
+/// A statement of an OBJ or MTL file without its comment: a keyword and the text after it. Lines that a backslash joins are
+/// one statement.
 pub struct Line<'a> {
     number: usize,
     /// The first word of the statement, such as `v` or `newmtl`.
     pub keyword: &'a str,
-    /// The text after the keyword, without surrounding spaces; possibly empty.
+    /// The text after the keyword, without spaces at its start and end; empty if nothing follows the keyword.
     pub rest: &'a str,
 }
 
 impl<R: BufRead> Lines<R> {
-    /// A reader of the statements of `source`.
+    /// A reader of the statements of `source`, which is the content of an OBJ or MTL file.
     pub fn new(source: R) -> Self {
         Self {
             source,
@@ -38,7 +40,7 @@ impl<R: BufRead> Lines<R> {
     }
 
     /// The next statement; `None` at the end of the file. Empty lines and comments are skipped. Fails if the statement is
-    /// longer than [`MAX_BYTES`] or cannot be read.
+    /// longer than [`MAX_BYTES`], or if reading the file fails.
     pub fn next(&mut self) -> Result<Option<Line<'_>>> {
         loop {
             self.bytes.clear();
@@ -105,8 +107,9 @@ impl<'a> Line<'a> {
         self.rest.split_whitespace()
     }
 
-    /// The first three words after the keyword as numbers, with the precision of f64. Fails if there are fewer, or if one is
-    /// not a number or exceeds the range of f32.
+    /// The first three words after the keyword as numbers, such as the coordinates of a vertex. Further words are ignored.
+    /// Fails if there are fewer than three words, or if one of the three is not a number or is beyond the range of f32. The
+    /// numbers are f64, because the reader subtracts the origin of the mesh before it rounds to f32.
     pub fn numbers(&self) -> Result<[f64; 3]> {
         let mut words = self.words();
         let mut numbers = [0.0; 3];
@@ -119,8 +122,8 @@ impl<'a> Line<'a> {
         Ok(numbers)
     }
 
-    /// The given word of the statement as a number, with the precision of f64. Fails if it is not a number or exceeds the
-    /// range of f32.
+    /// The number that `word`, a word of this statement, states. Fails if `word` is not a number or is beyond the range of
+    /// f32; the error names the statement. The number is f64, so that it is rounded to f32 only after computations.
     pub fn number(&self, word: &str) -> Result<f64> {
         word.parse()
             .ok()
@@ -128,12 +131,13 @@ impl<'a> Line<'a> {
             .ok_or_else(|| self.wrong(&format!("{} is not a finite number", quoted(word))))
     }
 
-    /// The line on which the statement begins, counted from 1, as a text for messages: `line 12`.
+    /// The number of the line on which the statement begins, counted from 1 in the file, as a text for messages: `line 12`.
     pub fn location(&self) -> String {
         format!("line {}", self.number)
     }
 
-    /// An error about this statement, whose text begins with its line and keyword: `line 12, "v": fault`.
+    /// An error about this statement. Its text begins with the number of the statement's line and its keyword, and ends with
+    /// `fault`: `line 12, "v": fault`.
     pub fn wrong(&self, fault: &str) -> Error {
         Error::input(format!(
             "line {}, {}: {fault}",

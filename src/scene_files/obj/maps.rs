@@ -1,5 +1,5 @@
-//! Loads the textures of MTL materials once the whole OBJ file is read, since only then is it known which materials faces
-//! use.
+//! Loads the textures of MTL materials. This happens after the whole OBJ file is read, because only then is it known which
+//! materials faces use: only the images of these are read.
 
 use super::mtl::{Map, Maps};
 use crate::base::memory;
@@ -17,12 +17,12 @@ use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
 /// Loads the images of all materials that faces of `scene` use, and sets the textures of these materials. `maps` has one
-/// entry for each material of the scene, in the same order.
+/// entry for each material of the scene, in the same order: the textures that the MTL file states for it.
 ///
 /// # Errors
 /// An image cannot be read or decoded, or is missing although the user does not permit it; the images have too many texels
 /// or need more memory than there is; a material's textures of roughness and metalness differ in size, scale, offset or
-/// clamp, so that they cannot be combined; or the callback of `progress` returns an error.
+/// clamp, so that they cannot be combined into one image; or the callback of `progress` returns an error.
 pub fn load(
     scene: &mut Scene,
     maps: &[Maps],
@@ -93,9 +93,11 @@ pub fn load(
     Ok(())
 }
 
-/// The decoded images of all files that the textures of used materials name.
+/// The decoded images of all files that the textures of used materials name. Each file is read once, however many textures
+/// name it.
 struct Files<'a> {
-    /// The index in `images` for the two possible paths of a texture ([`Map::files`]); `None` if the file is missing.
+    /// For the two possible paths of a texture's file ([`Map::files`]): the index of the image in `images`. `None` if the
+    /// file is missing, which the user has then permitted.
     image_of: HashMap<&'a [PathBuf; 2], Option<usize>>,
     images: Vec<Image>,
 }
@@ -140,20 +142,22 @@ impl<'a> Files<'a> {
         Ok(Self { image_of, images })
     }
 
-    /// A texture with the index of its image in `images`. `None` if there is no texture, or if its file is missing.
+    /// The texture in `map`, with the index of its image in [`Self::images`]. `None` if `map` is `None`, because the
+    /// material has no such texture, or if the texture's file is missing.
     fn of<'b>(&self, map: &'b Option<Box<Map>>) -> Option<(&'b Map, usize)> {
         let map = map.as_deref()?;
         Some((map, (*self.image_of.get(&map.files)?)?))
     }
 }
 
-/// The name of a texture in messages, by its line in the MTL file.
+/// The name of a texture in messages, by its line in the MTL file: `texture in line 12 of its MTL file`.
 fn what(map: &Map) -> String {
     format!("texture in {} of its MTL file", map.location)
 }
 
-/// An image of the size of `like`, with roughness in the green channel and metalness in the blue one, as glTF stores them.
-/// Both are taken from the red channels of the given images, which have the same size; for `None` the channel is 255.
+/// An image with the size and the name of `like`, with roughness in the green channel and metalness in the blue one, as glTF
+/// stores them. Their values are read from the red channels of the images `roughness` and `metallic`, which have the size of
+/// `like`. For `None` the channel is 255, so that only the material's factor counts.
 fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) -> Image {
     let red = |image: Option<&Image>, i: usize| image.map_or(255, |image| image.texels[i][0]);
     let texel = |i| [255, red(roughness, i), red(metallic, i), 255];
@@ -163,8 +167,8 @@ fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) ->
     }
 }
 
-/// The scene's texture for a texture of MTL and the index of its image. Converts the transform, because v points up in OBJ
-/// and down in the scene.
+/// The texture of the scene for a texture of an MTL file; `image` is the index of its image in the scene. The transform of
+/// the texture is converted, because v points up in OBJ and down in the scene.
 fn texture(map: &Map, image: u32) -> Texture {
     let flip = Affine2::from_mat2_translation(Mat2::from_diagonal(Vec2::new(1.0, -1.0)), Vec2::Y);
     let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };

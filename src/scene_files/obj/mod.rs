@@ -36,38 +36,41 @@ use std::collections::{HashMap, HashSet};
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-/// The base colour of faces without a material, and of materials whose MTL file states no `Kd`, as linear RGB.
+/// The base colour, in linear RGB, of faces without a material, and of materials for which the MTL file states no base
+/// colour (`Kd`).
 const GREY: Vec3 = Vec3::splat(0.8);
 
-/// The largest MTL file that is read, in bytes. A larger one is an error.
+/// The maximum size of an MTL file, in bytes. A larger file is an error.
 const MAX_MTL_BYTES: u64 = 64 << 20;
 
-/// The memory that the materials of an MTL file are assumed to take at most, in bytes per byte of the file. It is checked
-/// before the file is read. A material takes about 430 bytes, and the shortest line that begins one has 7.
+/// The most memory that the materials of an MTL file are assumed to take, in bytes per byte of the file. Before an MTL file
+/// is read, the reader checks that this much is free. A material takes about 430 bytes, and the shortest line that begins a
+/// material has 7.
 const MTL_RATIO: u64 = 128;
 
-/// The memory that a mesh and its instance take without vertices and triangles, in bytes. The reader checks at each `o` and
-/// `g` statement that as much is free.
+/// The memory, in bytes, that a mesh without vertices and triangles takes together with its instance. Each `o` and `g`
+/// statement begins a mesh, so the reader checks at each of them that this much memory is free.
 const MESH_BYTES: u64 = 1 << 10;
 
-/// The memory that a face takes until it is cut into triangles, in bytes per byte of its line. A corner takes 96 bytes, and
-/// its text has at least two, such as `1` and a space.
+/// The memory that the corners of a face take until the face is cut into triangles, in bytes per byte of its statement. The
+/// reader checks before each face that this much is free. A corner takes 96 bytes, and its text has at least two bytes, such
+/// as `1` and a space.
 const FACE_RATIO: u64 = 48;
 
-/// The memory that the name of an MTL file takes without its text, in bytes. The reader checks for each name after `mtllib`
-/// that as much is free.
+/// The memory, in bytes, that the reader takes to remember the name of an MTL file, not counting the bytes of the name
+/// itself. The reader checks for each name after `mtllib` that this much and the name's own bytes are free.
 const NAME_BYTES: u64 = 128;
 
-/// The maximum number of unsupported kinds of textures, such as `bump`, that a notice lists. Further kinds are summarised as
-/// "and others".
+/// The maximum number of unsupported kinds of textures, such as `bump`, that the notice about ignored textures lists.
+/// Further kinds are summarised as "and others".
 const MAX_KINDS: usize = 16;
 
-/// Reads an OBJ file and the MTL files in `folder` that it names. Errors name the line, not the file. The scene is not
-/// validated yet, and its textures are loaded later.
+/// Reads an OBJ file and the MTL files in `folder` that it names. Errors name the line in the file, but not the OBJ file,
+/// which the caller adds. The returned scene is not validated yet, and its textures are loaded later.
 ///
 /// # Errors
-/// A statement of the OBJ file or of an MTL file is wrong; the text has no statement of OBJ; a file cannot be read or is too
-/// large; or there is not enough memory.
+/// A statement of the OBJ file or of an MTL file is wrong; the text contains no statement of OBJ, but other text; a file
+/// cannot be read or is too large; or there is not enough memory.
 pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Untextured> {
     let mut reader = Reader::new(folder);
     let mut lines = Lines::new(source);
@@ -86,8 +89,8 @@ pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Unt
     }
 }
 
-/// The scene of an OBJ file whose textures are not loaded yet. They are loaded after the whole file is read, because only
-/// then is it known which materials have faces: only the images of these are read.
+/// The scene of an OBJ file whose textures are not loaded yet. [`Self::load_textures`] loads them after the whole file is
+/// read, because only then is it known which materials have faces; only the images of these materials are read.
 pub(super) struct Untextured {
     scene: Scene,
     maps: Vec<Maps>,
@@ -95,10 +98,12 @@ pub(super) struct Untextured {
 }
 
 impl Untextured {
-    /// Loads the textures, whose image files lie in `folder`. Returns the finished scene, with its notices.
+    /// Loads the textures of the materials that faces use; their image files lie in `folder`. Returns the finished scene.
+    /// Its notices list what the reader assumed and ignored.
     ///
     /// # Errors
-    /// The errors of [`maps::load`], for example an image file that is damaged, or missing without the user's permission.
+    /// The errors of [`maps::load`], for example an image file that is damaged, or one that is missing without the user's
+    /// permission.
     pub fn load_textures(
         self,
         folder: &SceneFolder<'_>,
@@ -118,32 +123,38 @@ impl Untextured {
 struct Reader<'a> {
     folder: &'a SceneFolder<'a>,
     positions: Vec<DVec3>,
-    /// The origin of the current mesh in the coordinates of the file. The mesh stores f32 positions relative to it.
+    /// The origin of the current mesh, in the coordinates of the file. The mesh stores its positions relative to this point,
+    /// so that f32 is precise enough far from the file's origin.
     center: DVec3,
-    /// The number of positions of the file that were used for the origins of meshes so far. The origin of the next mesh is
-    /// computed from the positions after these; without such positions, the origin stays.
+    /// The number of positions, from the start of the file, that were read before the origin of a mesh was last computed.
+    /// The origin of the next mesh is computed from the positions after these. If there are none, as in a file that lists
+    /// all positions first, the next mesh has the same origin.
     centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
     scene: Scene,
-    /// The textures of the scene's materials: one entry for each material, in the same order.
+    /// The textures that MTL files state for the materials of the scene: one entry for each material, in the same order.
     maps: Vec<Maps>,
     materials: HashMap<String, u32>,
-    /// The device and inode numbers of the MTL files that were read, so that each is read once.
+    /// The device and inode numbers of the MTL files that were read, so that each file is read once, even under several
+    /// names.
     libraries: HashSet<(u64, u64)>,
-    /// The names after `mtllib` that were looked up, so that each is looked up once.
+    /// The names after `mtllib` that were looked up, so that each name is looked up once, also if there is no such file.
     library_names: HashSet<String>,
-    /// The material of the next faces, as an index into the scene's materials; `None` is the grey default.
+    /// The material of the faces that follow, as an index into the scene's materials. `None` if the file has not named a
+    /// material for them or has named an unknown one; such faces are grey.
     material: Option<u32>,
     grey: Option<u32>,
     mesh: Building,
     tally: Tally,
-    /// The corners of the current face. The list is kept from face to face only to reuse its memory.
+    /// The corners of the current face. Between faces the list has no meaning; it is a field only so that its memory is
+    /// reused.
     corners: Vec<Corner>,
-    /// The positions of the current face's corners relative to the mesh's origin. The list is kept only to reuse its memory.
+    /// The positions of the current face's corners relative to the mesh's origin, in the order of `corners`. It is a field
+    /// only so that its memory is reused.
     points: Vec<Vec3>,
-    /// The keywords of textures that are not supported, each once, for one notice. There may be one more than [`MAX_KINDS`],
-    /// so that the notice ends with "and others".
+    /// The keywords of unsupported textures, such as `bump`, each once, for one notice at the end. The list may have one
+    /// keyword more than [`MAX_KINDS`], which tells the notice to end with "and others".
     textures: Vec<String>,
 }
 
@@ -171,8 +182,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Processes one statement of the OBJ file. Returns false if OBJ has no statement with this keyword. Fails if the words
-    /// after the keyword are wrong.
+    /// Processes one statement of the OBJ file. Returns false if its keyword is not one of OBJ; an unsupported keyword of
+    /// OBJ is ignored and returns true. Fails if the words after the keyword are wrong, or if there is not enough memory.
     fn statement(&mut self, line: &Line) -> Result<bool> {
         match line.keyword {
             "v" => {
@@ -320,8 +331,9 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads the MTL file of this name, unless the name was looked up before. Returns false if there is no such file, but
-    /// always true for a name that was looked up before. `line` is the `mtllib` statement, for messages.
+    /// Reads the MTL file with the path `name`, unless this path was looked up before. Returns false if there is no such
+    /// file, but always true for a path that was looked up before, so that a missing file is reported once. `line` is the
+    /// `mtllib` statement, for messages.
     fn library(&mut self, line: &Line, name: &str) -> Result<bool> {
         check_memory(line, name.len() as u64 + NAME_BYTES)?;
         if !self.library_names.insert(name.to_owned()) {
@@ -346,8 +358,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads an MTL file, unless it was read under another name, and adds its materials to the scene. `name` is its name in
-    /// the OBJ file, for messages.
+    /// Reads an MTL file and adds its materials to the scene. Does nothing if the same file was already read under another
+    /// path. `name` is the file's path in the OBJ file, for messages.
     fn read_library(&mut self, name: &str, file: SceneFile) -> Result<()> {
         if !self.libraries.insert(file.id) {
             return Ok(());
@@ -392,7 +404,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The index of the grey material for faces without a material. The first call adds the material to the scene.
+    /// The index, among the scene's materials, of the grey material for faces without a material. The first call adds this
+    /// material to the scene.
     fn grey(&mut self) -> u32 {
         *self.grey.get_or_insert_with(|| {
             self.scene.materials.push(Material::lambert("", GREY));
@@ -401,7 +414,8 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Adds the current mesh and an instance of it to the scene, if it has triangles, and begins an empty mesh.
+    /// Ends the current mesh at an `o` or `g` statement or at the end of the file, and begins an empty one. If the current
+    /// mesh has triangles, the mesh and an instance of it are added to the scene; otherwise it is dropped.
     fn finish_mesh(&mut self) {
         let Building {
             mut mesh,
@@ -455,8 +469,9 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The origin of a mesh with these positions. If the middle of their bounding box is further from 0 than 256 times the size
-/// of the box, it is this middle, so that f32 positions relative to it keep their precision. Otherwise it is 0.
+/// The origin for a mesh with these positions, in the coordinates of the file. If the centre of their bounding box is
+/// further from 0 than 256 times the size of the box, both measured along the coordinate axes, the origin is this centre, so
+/// that f32 positions relative to it are precise enough. Otherwise the origin is 0.
 fn center_of(positions: &[DVec3]) -> DVec3 {
     const FAR: f64 = 256.0;
     let bounds = Bounds::of(positions.iter().copied());
@@ -466,13 +481,15 @@ fn center_of(positions: &[DVec3]) -> DVec3 {
         .map_or(DVec3::ZERO, |bounds| bounds.center())
 }
 
-/// Checks that `bytes` of memory are free for the data of a statement. The error names the line.
+/// Checks that `bytes` bytes of memory are free for the data of the statement `line`. Fails if they are not; the error names
+/// the statement.
 fn check_memory(line: &Line, bytes: u64) -> Result<()> {
     memory::check(bytes).map_err(|cause| line.wrong(&format!("{cause}; give a smaller scene")))
 }
 
-/// An index of OBJ as an index from 0. In the file, `word` counts from 1 or, if it is negative, backwards from the last of
-/// the `count` elements so far. Fails if it is not a number or is out of range; the error calls the element `kind`.
+/// Converts an index of OBJ to an index from 0. In the file, `word` counts from 1 or, if it is negative, backwards from the
+/// last of the `count` elements that were read so far. Fails if `word` is not a whole number or is out of range; `kind` is
+/// the name of the elements in the error, such as `normal`.
 fn index(line: &Line, kind: &str, word: &str, count: usize) -> Result<u32> {
     let number: i64 = word
         .parse()

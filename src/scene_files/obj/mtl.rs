@@ -1,5 +1,5 @@
-//! Reads the materials of MTL files: `Kd` and `Ke`, `Pr` and `Pm` if a material has them, and the textures `map_Kd`,
-//! `map_Ke`, `map_Pr`, `map_Pm` and `norm`.
+//! Reads the materials of MTL files: base colour (`Kd`) and emission (`Ke`), roughness (`Pr`) and metalness (`Pm`) if a
+//! material states them, and the textures `map_Kd`, `map_Ke`, `map_Pr`, `map_Pm` and `norm`.
 
 use super::lines::{Line, Lines};
 use super::{GREY, MAX_KINDS};
@@ -10,21 +10,22 @@ use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-/// The parts of an MTL file that are ignored. The user gets a notice for each kind.
+/// What the reader ignored in an MTL file. The caller makes notices for the user from it.
 #[derive(Default)]
 pub struct Library {
-    /// The keywords of textures that are not supported, such as `bump`, each once. There may be one more than [`MAX_KINDS`],
-    /// so that a notice that lists them can end with "and others".
+    /// The keywords of unsupported textures in the file, such as `bump`, each once. There may be one more than
+    /// [`MAX_KINDS`], which tells the notice that lists them to end with "and others".
     pub textures: Vec<String>,
-    /// Options of supported textures that are ignored although they would change the picture. Each pair is the option, such
-    /// as `-texres`, and its line, such as `line 12`.
+    /// Options of supported textures that the reader ignores although they would change the picture. Each pair is the
+    /// option, such as `-texres`, and where it is, such as `line 12`.
     pub options: Vec<(String, String)>,
-    /// The names of the materials that are transparent in the file. They are rendered opaque.
+    /// The names of the materials that the file states as transparent (`d` below 1 or `Tr` above 0). They are rendered
+    /// opaque.
     pub transparent: Vec<String>,
 }
 
-/// The textures of one material of an MTL file, `None` where it has none. They are boxed to save memory, because only few
-/// materials have textures.
+/// The textures that an MTL file states for one material; `None` for a property without a texture. They are boxed to save
+/// memory, because only few materials have textures.
 #[derive(Default)]
 pub struct Maps {
     pub base_color: Option<Box<Map>>,
@@ -32,14 +33,15 @@ pub struct Maps {
     pub metallic: Option<Box<Map>>,
     pub emission: Option<Box<Map>>,
     pub normal: Option<Box<Map>>,
-    /// The keywords among `Kd`, `Ke` and `Pm` (base colour, emission, metalness) that the material contains. Where one is
-    /// absent but the material has a texture for this property, the factor becomes 1.
+    /// The keywords among `Kd`, `Ke` and `Pm` (base colour, emission, metalness) that the file states for the material. If a
+    /// keyword is absent but the material has a texture for this property, the factor of the texture becomes 1.
     stated: Vec<&'static str>,
 }
 
 impl Maps {
-    /// Sets base colour, emission and metalness to 1 where the material has a texture for them and does not state the
-    /// factor. Removes the texture of emission from a material that emits nothing.
+    /// Sets base colour, emission and metalness of `material` to 1 where it has a texture for the property but the file
+    /// states no factor, so that the texture is not multiplied by a default. Removes the texture of emission if the material
+    /// emits nothing, because the texture would have no effect.
     fn replace_unstated_factors(&mut self, material: &mut Material) {
         let alone =
             |map: &Option<Box<Map>>, factor| map.is_some() && !self.stated.contains(&factor);
@@ -58,7 +60,7 @@ impl Maps {
         }
     }
 
-    /// All textures of the material, at most five.
+    /// All textures of the material, in the order of the fields; at most five.
     pub fn all(&self) -> impl Iterator<Item = &Map> {
         [
             &self.base_color,
@@ -73,24 +75,24 @@ impl Maps {
     }
 }
 
-/// A texture of an MTL material: an image file, and the mapping of its image to the surface.
+/// A texture of an MTL material: the path of an image file, and how the image lies on the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// Two possible paths of the image file, relative to the folder of the OBJ file; the first one that exists is used. Some
-    /// programs write paths relative to the MTL file, others relative to the OBJ file.
+    /// Two possible paths of the image file, both relative to the folder of the OBJ file; the first one that exists is used.
+    /// Some programs write paths relative to the MTL file (the first path), others relative to the OBJ file (the second).
     pub files: [PathBuf; 2],
-    /// The transform from a vertex's texture coordinates to coordinates in the image: scale (`-s`), then offset (`-o`). v
-    /// points up in both.
+    /// The transform from a vertex's texture coordinates to coordinates in the image, which covers [0, 1]: scale (option
+    /// `-s`), then offset (option `-o`). v points up in both, unlike in the scene.
     pub transform: Affine2,
-    /// True if the texels at the edge continue beyond the image (`-clamp on`); false if the image repeats.
+    /// True if the texels at the edge continue beyond the image (option `-clamp on`); false if the image repeats.
     pub clamp: bool,
-    /// The line of the texture in the MTL file, such as `line 12`, for messages.
+    /// Where the MTL file states the texture, such as `line 12`, for messages.
     pub location: String,
 }
 
-/// Reads an MTL file, whose folder has the path `folder` relative to the folder of the OBJ file. The materials are appended
-/// to `materials`, still without textures, and the textures of each of them to `maps`. Returns the parts of the file that
-/// are ignored. Errors name the line, not the file.
+/// Reads an MTL file. Appends its materials to `materials`, still without textures, and for each of them one entry to
+/// `maps`. `folder` is the path of the MTL file's folder relative to that of the OBJ file. Returns what the reader ignored;
+/// errors name the line, not the file.
 pub fn read(
     source: impl BufRead,
     folder: &Path,
@@ -150,8 +152,9 @@ pub fn read(
     Ok(library)
 }
 
-/// Applies a statement to the material, if it states a colour or a number that is supported. Returns true if it makes the
-/// material transparent. Fails if the statement's numbers are wrong.
+/// Applies a statement to the material, if it states a colour or a number that is supported; ignores it otherwise. Returns
+/// true if the statement makes the material transparent, which the reader does not support. Fails if the statement's numbers
+/// are wrong.
 fn statement(line: &Line, material: &mut Material) -> Result<bool> {
     match line.keyword {
         "Kd" => material.base_color = color(line)?,
@@ -176,8 +179,9 @@ fn statement(line: &Line, material: &mut Material) -> Result<bool> {
     Ok(false)
 }
 
-/// Reads the options and the file of a texture statement in an MTL file, whose folder is `folder`. Options that are not
-/// supported are added to `ignored`, with their lines. Fails if the file's name is missing or an option is unknown.
+/// Reads a statement that states a texture: its options and the path of its image file. `folder` is the path of the MTL
+/// file's folder relative to that of the OBJ file. Options that are not supported are added to `ignored`, each with its
+/// line. Fails if the path is missing or an option is unknown.
 fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Result<Map> {
     let (mut scale, mut offset, mut clamp) = (Vec2::ONE, Vec2::ZERO, false);
     let mut rest = line.rest;
@@ -251,13 +255,13 @@ fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Resul
     })
 }
 
-/// Gives the material the specular lobe of the metallic-roughness model: MTL materials begin as Lambert materials, and `Pr`,
-/// `Pm` and their textures need the lobe.
+/// Adds the specular lobe of the metallic-roughness model to the material. MTL materials begin as Lambert materials, which
+/// have no specular lobe, but `Pr`, `Pm` and their textures (roughness and metalness) need it.
 fn physical(material: &mut Material) {
     material.specular = Material::default().specular;
 }
 
-/// The statement's words as red, green and blue. A single number stands for all three channels.
+/// The words after the statement's keyword as linear red, green and blue. A single number stands for all three channels.
 fn color(line: &Line) -> Result<Vec3> {
     if line.words().count() == 1 {
         return Ok(Vec3::splat(number(line)?));

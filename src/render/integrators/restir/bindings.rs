@@ -1,5 +1,6 @@
-//! Bindings of the passes of resampling. The fields of a structure are the bindings of the shader
-//! `glsl/restir/passes/NAME.comp`, matched by name; every pass also binds the scene.
+//! Bindings of the passes of reservoir resampling. The fields of each structure are the bindings of the shader
+//! `glsl/restir/passes/NAME.comp`, where NAME is the name of the pass; they are matched by name. Every pass also binds the
+//! scene.
 
 use crate::render::history::History;
 use crate::render::light_samplers::LightSamplers;
@@ -7,7 +8,8 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::render::world_reservoirs::WorldVertices;
 
 crate::bindings! {
-    /// Bindings of the pass `surfaces`, which finds the primary surface of each pixel and the light that it emits.
+    /// Bindings of the pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there),
+    /// and writes the light that this surface emits to the picture.
     pub struct Surfaces {
         [offers scene: SceneBindings]
         uniform restir,
@@ -18,7 +20,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `pilots`, which traces the first BSDF ray of each pixel.
+    /// Bindings of the pass `pilots`, which traces the pilot of each pixel: its first BSDF ray, which direct and indirect
+    /// light share.
     pub struct TracePilots {
         [offers scene: SceneBindings]
         [optional write pilots]
@@ -29,7 +32,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `initial_direct`, which draws the candidates of direct light.
+    /// Bindings of the pass `initial_direct`, which draws the candidates of direct light for each pixel and selects one of
+    /// them for the pixel's reservoir.
     pub struct InitialDirect {
         [offers scene: SceneBindings]
         [offers samplers: LightSamplers]
@@ -43,8 +47,9 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `initial_indirect`, which traces paths as candidates of indirect light. The buffer `reservoirs`
-    /// holds the pilots (the first BSDF ray of each pixel) until the pass overwrites them.
+    /// Bindings of the pass `initial_indirect`, which traces paths as candidates of indirect light. The paths begin with
+    /// pilots (the first BSDF ray of each pixel). The pass reads the pilots in the buffer `reservoirs` and overwrites them
+    /// by reservoirs.
     pub struct InitialIndirect {
         [offers scene: SceneBindings]
         [offers vertices: History<WorldVertices>]
@@ -60,8 +65,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the passes `temporal_direct` and `temporal_indirect`, which merge reservoirs with those of the previous
-    /// frame.
+    /// Bindings of the passes `temporal_direct` and `temporal_indirect`, which merge the reservoir of each pixel with one of
+    /// the previous frame (temporal reuse). The buffer `history` contains the reservoirs of the previous frame.
     pub struct Temporal {
         [offers scene: SceneBindings]
         uniform restir,
@@ -74,8 +79,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the passes `spatial_direct` and `spatial_indirect`, which merge reservoirs with those of neighbouring
-    /// pixels.
+    /// Bindings of the passes `spatial_direct` and `spatial_indirect`, which merge the reservoir of each pixel with those of
+    /// neighbouring pixels (spatial reuse). They read the buffer `neighbours` and write the results to `reservoirs`.
     pub struct Spatial {
         [offers scene: SceneBindings]
         uniform restir,
@@ -88,8 +93,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the passes `shade_direct` and `shade_indirect`, which add the light of the selected samples to the
-    /// picture.
+    /// Bindings of the passes `shade_direct` and `shade_indirect`. For each pixel, they add the light of the sample that its
+    /// reservoir selected to the picture.
     pub struct Shade {
         [offers scene: SceneBindings]
         uniform restir,
@@ -101,7 +106,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the passes `aovs_direct` and `aovs_indirect`, which copy the contents of reservoirs to debug AOVs.
+    /// Bindings of the passes `aovs_direct` and `aovs_indirect`, which copy the contents of reservoirs to the buffer
+    /// `reservoir_aovs`. From it, the host makes debug AOVs (additional channels of a picture).
     pub struct ReservoirAovs {
         [offers scene: SceneBindings]
         uniform restir,

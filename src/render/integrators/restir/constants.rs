@@ -1,4 +1,5 @@
-//! The constants that the shaders of a frame read, and the position of its primary rays within their pixels (jitter).
+//! The constants that the shaders of a frame read, and the jitter of a frame: the points of the pixels through which primary
+//! rays pass.
 
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{
@@ -9,9 +10,10 @@ use crate::shader_interface::{
 };
 use glam::Vec2;
 
-/// The constants of shaders that stay the same in all frames. Those of a frame, of light samplers and of reuse have no
-/// values yet; the caller sets them. `slots` is the number of slots for pixels in each buffer, and `light_nodes` the number
-/// of nodes of the light BVH. With `jitters`, primary rays pass through random points of their pixels.
+/// The constants of shaders, of which this function sets those that stay the same in all frames. The constants of a single
+/// frame, of light samplers and of reuse have default values, and the caller sets them. `slots` is the number of slots for
+/// pixels in each buffer (the pixels, padded to whole tiles), and `light_nodes` is the number of nodes of the light BVH. If
+/// `jitters` is true, primary rays pass through random points of their pixels, otherwise through the centres.
 pub fn frame_constants(
     view: &ViewConstants,
     bindings: &SceneBindings,
@@ -49,8 +51,9 @@ pub fn frame_constants(
     }
 }
 
-/// The constants for the resampling of direct or of indirect light. `distant_fraction` is the fraction of the power of all
-/// lights that is from distant lights (lights at infinite distance), in [0, 1].
+/// The constants with which candidates of direct or of indirect light are drawn and reservoirs are reused, computed from the
+/// settings of this light. `distant_fraction` is the power of distant lights (those at infinite distance) as a fraction of
+/// the power of all lights, in [0, 1]; it decides how many candidates come from the light BVH.
 pub fn reuse_constants(
     resampling: &Resampling,
     light_bvh: &LightBvhSettings,
@@ -98,9 +101,10 @@ pub fn reuse_constants(
     }
 }
 
-/// The number of light samples among `count` that are drawn from the light BVH, and their fraction in [0, 1]; for `count` =
-/// 1, the fraction is the probability. The other samples are drawn among all lights. A higher `distant_fraction` gives more
-/// of these, since the tree does not contain distant lights.
+/// Of `count` light samples, the number that are drawn from the light BVH, and this number as a fraction of `count`. The
+/// other samples are drawn among all lights. There are more of these if `distant_fraction` is higher, since the light BVH
+/// does not contain distant lights. For `count` = 1, the number is 1, and the fraction is the probability with which the
+/// sample is drawn from the light BVH.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_fraction;
     match count {
@@ -112,10 +116,11 @@ fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) 
     }
 }
 
-/// The position, in [0, 1)², at which the primary ray of the frame `frame` passes through the first pixel of the picture;
-/// every other pixel shifts it by an offset of its own. It is point `frame` of the two-dimensional Sobol' sequence,
-/// Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Positions are uniform over seeds
-/// and stratified over successive frames, so the mean of frames converges faster than with independent positions.
+/// The position within the first pixel of the picture, in [0, 1)², at which the primary ray of the frame `frame` passes.
+/// Every other pixel shifts this position by an offset of its own, modulo 1. It is point `frame` of the two-dimensional
+/// Sobol' sequence, Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Positions are
+/// uniform over seeds and stratified over successive frames, so the mean of several frames converges faster than with
+/// independent positions.
 pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     // Both dimensions of a point, as fractions of 2³², from the most significant bit down.
     let x = frame.reverse_bits();
@@ -133,7 +138,8 @@ pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     Vec2::from_array(scrambled.map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24)))
 }
 
-/// Flips each bit of `x` by a hash of the bits above it and of `seed` (Laine and Karras 2011), which keeps stratification.
+/// An Owen scramble of `x` by a hash (Laine and Karras 2011): whether a bit of `x` is flipped depends on the bits above it
+/// and on `seed`. This keeps the stratification of the sequence.
 fn owen_scramble(x: u32, seed: u32) -> u32 {
     let mut bits = x.reverse_bits().wrapping_add(seed);
     for factor in [0x6C50_B47C_u32, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6] {
@@ -142,7 +148,7 @@ fn owen_scramble(x: u32, seed: u32) -> u32 {
     bits.reverse_bits()
 }
 
-/// A hash of `seed` in which each bit depends on all bits of `seed` (Wellons, "Prospecting for Hash Functions", 2018).
+/// A hash of `seed`, in which each bit depends on all bits of `seed` (Wellons, "Prospecting for Hash Functions", 2018).
 fn hash(seed: u32) -> u32 {
     let mut bits = seed ^ seed >> 16;
     bits = bits.wrapping_mul(0x7FEB_352D);
@@ -155,8 +161,9 @@ fn hash(seed: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// An edge in the picture moves with the mean jitter of the frames that are averaged. Over seeds, that mean must deviate
-    /// from the pixel's centre by less than a quarter of the deviation with independent positions.
+    /// If frames are averaged, an edge in the picture is shifted by the mean of their jitters. The RMS distance of this mean
+    /// from the pixel's centre, over many seeds, must be less than a quarter of the RMS distance that independent positions
+    /// give.
     #[test]
     fn the_mean_jitter_of_some_frames_is_close_to_the_pixel_centre() {
         const SEEDS: u32 = 256;

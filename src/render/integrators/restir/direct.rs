@@ -1,4 +1,5 @@
-//! Direct light: the pass that draws candidates from lights and from the BSDF, and the reuse of these candidates.
+//! Direct light, which is scattered once: the pass that draws candidates from lights and from the BSDF, and the reuse of the
+//! samples that it selects.
 
 use super::bindings::InitialDirect;
 use super::pilots::Pilots;
@@ -8,18 +9,22 @@ use crate::gpu::{ComputePass, Recording};
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::light_samplers::LightSamplers;
 
-/// The passes and reservoirs of direct light, which is scattered once. A frame records them before those of indirect light.
+/// The passes and reservoirs of direct light, which is scattered once between emitter and camera. In a frame, these passes
+/// run before those of indirect light.
 pub struct DirectLight {
-    /// The pass `initial_direct`, which draws the candidates of each pixel and selects one of them.
+    /// The pass `initial_direct`, which draws the candidates of each pixel and selects one of them for the pixel's
+    /// reservoir.
     pub initial: ComputePass,
-    /// The light samplers that fill buffers before candidates are drawn from them.
+    /// The light samplers with buffers of their own (light lists, hash grid). Their passes fill these buffers before
+    /// `initial` draws candidates from them.
     pub samplers: LightSamplers,
-    /// The reservoirs of direct light, and the passes that reuse and shade them.
+    /// The reservoirs of direct light, and the passes for their temporal reuse, their spatial reuse and the shading.
     pub reuse: Reuse,
 }
 
 impl DirectLight {
-    /// Records the passes of direct light. The pilots are the first BSDF candidates of the pixels.
+    /// Records the passes of direct light of one frame. `pilots` are the first BSDF rays of the pixels, which are traced
+    /// already. If direct light draws BSDF candidates, the pilot of a pixel is the first of them.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.

@@ -1,4 +1,4 @@
-//! A frame of reservoir resampling: its passes, in order.
+//! The passes of one frame of reservoir resampling, in the order in which they run.
 
 use super::Restir;
 use super::bindings::{Surfaces, TracePilots};
@@ -6,7 +6,8 @@ use crate::Result;
 use crate::gpu::Recording;
 
 impl Restir {
-    /// Records all passes of the current frame, from primary rays to shading.
+    /// Records the upload of the constants and all passes of the current frame, from primary rays to shading, in the order
+    /// in which they run.
     pub(super) fn record<'a>(&'a self, recording: &mut Recording<'a>) -> Result<()> {
         self.upload_constants(recording)?;
         let inputs = self.inputs();

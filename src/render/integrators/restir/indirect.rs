@@ -1,4 +1,5 @@
-//! Indirect light: the pass that traces paths with next-event estimation, and the reuse of their samples.
+//! Indirect light, which is scattered at least twice: the pass that traces paths with next-event estimation, and the reuse
+//! of the samples that it selects.
 
 use super::bindings::InitialIndirect;
 use super::pilots::Pilots;
@@ -8,20 +9,23 @@ use crate::gpu::{ComputePass, Recording};
 use crate::render::frame_inputs::FrameInputs;
 use crate::render::world_reservoirs::WorldLight;
 
-/// The passes and reservoirs of indirect light, which is scattered at least twice. A frame records them after those of
-/// direct light.
+/// The passes and reservoirs of indirect light, which is scattered at least twice between emitter and camera. In a frame,
+/// these passes run after those of direct light.
 pub struct IndirectLight {
-    /// The pass `initial_indirect`, which traces a path per pixel and selects one of the lights that it finds.
+    /// The pass `initial_indirect`. It traces paths for each pixel, and selects one of the samples (paths to lights) that it
+    /// finds for the pixel's reservoir.
     pub initial: ComputePass,
-    /// The world reservoirs, whose light samples the vertices of paths reuse; unused unless the settings select them.
+    /// The world reservoirs: reservoirs of path vertices, found by their position in the scene, whose light samples the path
+    /// vertices of the next frame reuse. They are not used unless the settings select them.
     pub world: WorldLight,
-    /// The reservoirs of indirect light, and the passes that reuse and shade them.
+    /// The reservoirs of indirect light, and the passes for their temporal reuse, their spatial reuse and the shading.
     pub reuse: Reuse,
 }
 
 impl IndirectLight {
-    /// Records the passes of indirect light. The pilots are the first segments of paths. They are in the reservoirs that
-    /// `initial_indirect` overwrites, so this method takes them and no later pass can use them.
+    /// Records the passes of indirect light of one frame. Its paths begin with the pilots (the first BSDF ray of each
+    /// pixel). The pass `initial_indirect` overwrites the buffer of pilots by reservoirs. So this method takes `_pilots` by
+    /// value, and no pass that reads pilots can be recorded after it.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.

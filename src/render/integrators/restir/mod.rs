@@ -1,4 +1,4 @@
-//! Reservoir resampling (ReSTIR): its passes and buffers. `frame.rs` records the passes of a frame.
+//! The integrator of reservoir resampling (ReSTIR): its passes and buffers. `frame.rs` records the passes of a frame.
 
 mod bindings;
 mod constants;
@@ -44,39 +44,46 @@ use sizes::BufferSizes;
 use specialisation::{with_layout, with_resampling};
 use std::sync::Arc;
 
-/// The integrator of reservoir resampling: the passes and buffers of frames, and the data that a frame leaves for the next
-/// one.
+/// The integrator of reservoir resampling (ReSTIR). It consists of the passes of a frame, their buffers, and the data of a
+/// frame that the next frame reuses.
 pub struct Restir {
-    /// The device that runs the passes.
+    /// The Vulkan device on which the passes run.
     pub device: Arc<Device>,
     bindings: Arc<SceneBindings>,
-    /// The constants of the current frame for passes that belong neither to direct nor to indirect light.
+    /// The constants of the current frame for the passes `surfaces` and `pilots`, which serve both direct and indirect
+    /// light.
     constants: RestirConstants,
     specialisation: Specialisation,
-    /// The pass `surfaces`, which finds the primary surface of each pixel and the light that it emits.
+    /// The pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there) and the
+    /// light that this surface emits.
     pub surfaces: ComputePass,
-    /// The pass `pilots`, which traces the first BSDF ray of each pixel; `None` if neither direct candidates nor paths begin
-    /// with it.
+    /// The pass `pilots`, which traces the pilot (the first BSDF ray) of each pixel. `None` if neither the BSDF candidates
+    /// of direct light nor the paths of indirect light begin with pilots.
     pub pilot_pass: Option<ComputePass>,
-    /// The passes and reservoirs of direct light; `None` if the settings or the limit of bounces exclude direct light.
+    /// The passes and reservoirs of direct light; `None` if the settings, or a limit of 0 bounces, exclude direct light.
     pub direct: Option<DirectLight>,
-    /// The passes and reservoirs of indirect light; `None` if the settings or the limit of bounces exclude indirect light.
+    /// The passes and reservoirs of indirect light; `None` if the settings, or a limit of less than 2 bounces, exclude
+    /// indirect light.
     pub indirect: Option<IndirectLight>,
-    /// The uniform buffer that holds the constants of passes that belong neither to direct nor to indirect light.
+    /// The uniform buffer on the device with the constants for the passes `surfaces` and `pilots`, which serve both direct
+    /// and indirect light.
     pub restir: Buffer,
     color: Buffer,
-    /// The buffer of pilots; `None` if there are no pilots, or if the reservoirs of indirect light hold them.
+    /// The buffer of the pilots (the first BSDF ray of each pixel), if they have one of their own. `None` if there are no
+    /// pilots, or if they are stored in the buffer of the reservoirs of indirect light.
     separate_pilots: Option<Buffer>,
     counters: Counters,
-    /// The primary surface of each pixel, in this frame and, with reuse over time, in the previous one.
+    /// The primary surface of each pixel (the surface that the camera sees there) in this frame. With temporal reuse, a
+    /// second copy stores those of the previous frame.
     sample_data: History<Buffer>,
-    /// True if at least one frame was rendered since the last restart.
+    /// True if at least one frame was rendered since the renderer was made or restarted.
     has_frame: bool,
 }
 
 impl Restir {
-    /// Makes the passes and buffers that `settings` need. `light_nodes` is the number of nodes of the light BVH. With
-    /// `jitter`, primary rays are jittered. `tracking` selects data that is kept besides the picture.
+    /// Makes the passes and buffers that `settings` need. `light_nodes` is the number of nodes of the light BVH. If `jitter`
+    /// is true, primary rays pass through random points of their pixels. `tracking` selects the data that is collected
+    /// besides the picture, such as counts.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, the picture is too large to be dispatched, or a shader's
@@ -240,14 +247,15 @@ impl Restir {
         Ok(made)
     }
 
-    /// The reservoirs of direct light and of indirect light with the passes that reuse them, each only if this light is
-    /// rendered; direct light first.
+    /// For each kind of light that is rendered, first direct and then indirect light: its reservoirs, with the passes that
+    /// reuse them.
     fn kinds(&self) -> impl Iterator<Item = &Reuse> {
         let direct = self.direct.iter().map(|light| &light.reuse);
         direct.chain(self.indirect.iter().map(|light| &light.reuse))
     }
 
-    /// All buffers with data of pixels or path vertices, except those of light samplers. A restart clears them.
+    /// All buffers with data of pixels or path vertices, which a restart clears. The buffers of light samplers are not among
+    /// them.
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
         let shared = std::iter::once(&self.color).chain(&self.separate_pilots);
@@ -260,7 +268,7 @@ impl Restir {
             .chain(world)
     }
 
-    /// The buffers and numbers of the current frame that all its passes use.
+    /// The buffers and numbers of the current frame that all its passes have in common.
     pub fn inputs(&self) -> FrameInputs<'_> {
         let view = &self.constants.view;
         FrameInputs {
@@ -275,7 +283,8 @@ impl Restir {
         }
     }
 
-    /// The buffer that holds the pilots of the current frame: the reservoirs of indirect light if there are any.
+    /// The buffer with the pilots of the current frame (the first BSDF ray of each pixel). If indirect light is rendered, it
+    /// is the buffer of its current reservoirs. Otherwise it is a buffer of its own, or `None` if no pilots are traced.
     pub fn pilots(&self) -> Pilots<'_> {
         let indirect = self.indirect.as_ref();
         Pilots {
@@ -285,7 +294,8 @@ impl Restir {
         }
     }
 
-    /// Advances the history and the constants to the frame with the index `index`, which shows what `camera` sees.
+    /// Begins the frame with the index `index`, which shows what `camera` sees. From now on, the data of the frame that was
+    /// rendered last counts as the data of the previous frame. Also sets the constants of the new frame.
     pub(in crate::render) fn begin_frame(&mut self, index: u32, camera: GpuCamera) {
         let constants = &mut self.constants;
         constants.frame = index;
@@ -306,7 +316,7 @@ impl Restir {
         }
     }
 
-    /// Records the upload of the frame's constants to the uniform buffers of all passes.
+    /// Records the upload of the current frame's constants to the uniform buffers of all passes.
     ///
     /// # Errors
     /// Only those of every driver call, see [`crate::gpu`].
@@ -319,8 +329,8 @@ impl Restir {
             .try_for_each(|reuse| recording.update(&reuse.restir, &reuse.constants))
     }
 
-    /// Notes that a frame was rendered, so that the next one has a history. On drivers that limit loop iterations, it also
-    /// checks that no loop was ended early.
+    /// Ends a frame that was rendered, so that the next frame can reuse its data. On drivers that limit loop iterations, it
+    /// also checks that no loop was ended early, because pixels would then be too dark.
     pub(in crate::render) fn end_frame(&mut self) -> Result<()> {
         self.has_frame = true;
         // On other drivers the counters are checked when the picture is read.
@@ -409,7 +419,8 @@ impl Integrator for Restir {
         self.buffers().chain(shared).map(Buffer::size).sum()
     }
 
-    /// The entries of all pixels are empty before the first frame, and for light without reservoirs.
+    /// All entries are those of empty reservoirs before the first frame, and for light that is not rendered or has no
+    /// reservoirs.
     fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),

@@ -1,4 +1,4 @@
-//! Debug AOVs (additional channels of a picture): the contents of the reservoirs after a frame.
+//! Debug AOVs (additional channels of a picture) of reservoir resampling: the contents of the reservoirs after a frame.
 
 use super::bindings::ReservoirAovs;
 use crate::Result;
@@ -7,22 +7,24 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{ReservoirAov, RestirConstants, TILE};
 use std::sync::Arc;
 
-/// The buffers that a frame of resampling has filled, from which the debug AOVs are read.
+/// The buffers and constants of a finished frame of reservoir resampling, from which the debug AOVs are made.
 pub struct FrameOutputs<'a> {
-    /// The constants that the shaders of the frame have read.
+    /// The constants that the passes of direct or of indirect light have read in the frame; the size of the picture is taken
+    /// from them.
     pub constants: &'a RestirConstants,
-    /// The uniform buffer that holds the constants of the frame.
+    /// The uniform buffer on the device with the constants that the shaders have read in the frame.
     pub restir: &'a Buffer,
-    /// The sample data of the frame: the primary surface of each pixel.
+    /// The sample data of the frame: the primary surface of each pixel, which is the surface that the camera sees there.
     pub sample_data: &'a Buffer,
-    /// The reservoirs of direct or of indirect light after the last pass of the frame.
+    /// The reservoirs after the last pass of the frame, whose contents the debug AOVs show: those of direct or of indirect
+    /// light.
     pub reservoirs: &'a Buffer,
-    /// The buffer of the counters of all passes.
+    /// The buffer with the counters of all passes. The pass that reads the reservoirs binds it, too.
     pub counters: &'a Buffer,
 }
 
-/// Runs `pass` (`aovs_direct` or `aovs_indirect`) after a frame and returns the contents of its reservoirs, one entry per
-/// pixel, row by row from the top.
+/// Returns the contents of the reservoirs after a frame, one entry per pixel, row by row from the top. To this end, it runs
+/// `pass`, which is `aovs_direct` or `aovs_indirect`, and waits for the device.
 pub fn read_reservoir_aovs(
     device: &Arc<Device>,
     scene: &SceneBindings,

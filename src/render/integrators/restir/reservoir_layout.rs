@@ -1,5 +1,5 @@
-//! The layout of reservoirs in memory. It changes pictures by no more than the precision of the format; its cost depends on
-//! the device.
+//! The layout of reservoirs in memory. It can change pictures only by the rounding of the stored values, which depends on
+//! the format. How much time a layout costs depends on the device.
 
 use crate::render::lighting::Lighting;
 use crate::render::settings::{Order, Reservoirs};
@@ -9,18 +9,20 @@ use crate::shader_interface::{
     INDIRECT_FULL_WORDS,
 };
 
-/// The layout of reservoirs in memory: the settings, and the words that are added for debug AOVs.
+/// The layout of reservoirs in memory: the settings, and whether a reservoir has additional words for debug AOVs (channels
+/// of a picture that show the contents of reservoirs).
 #[derive(Clone, Copy, Debug)]
 pub struct ReservoirLayout {
-    /// The settings of the layout: format, order of pixels, and adjacent words.
+    /// The settings of the layout: the format of a reservoir, the order of pixels, and which words of reservoirs are
+    /// adjacent.
     pub settings: Reservoirs,
-    /// True if reservoirs also store the values of debug AOVs: the origins of their samples, and the numbers of merged
-    /// neighbours.
+    /// True if reservoirs have additional words for debug AOVs: the pixel that drew the sample, and the number of neighbours
+    /// that were merged. This costs memory.
     pub origins: bool,
 }
 
 impl ReservoirLayout {
-    /// The size of one reservoir of this kind of light, in bytes.
+    /// The size in bytes of one reservoir of direct or of indirect light (`lighting`).
     pub fn bytes(&self, lighting: Lighting) -> u64 {
         let debug = if self.origins { DEBUG_WORDS } else { 0 };
         4 * u64::from(
@@ -33,7 +35,8 @@ impl ReservoirLayout {
         )
     }
 
-    /// The number of slots for the pixels of a picture. With square tiles, both sides are rounded up to whole tiles.
+    /// The number of slots that a buffer needs for the pixels of a picture of `width` × `height` pixels. If the pixels are
+    /// ordered in square tiles, both sides are rounded up to whole tiles; otherwise there is one slot per pixel.
     pub fn slots(&self, width: u32, height: u32) -> u64 {
         let side = match self.settings.order {
             Order::Swizzle(side) => side,

@@ -1,4 +1,5 @@
-//! The part of resampling that direct and indirect light have in common: temporal reuse, spatial reuse and shading.
+//! The part of reservoir resampling that direct and indirect light have in common: temporal reuse, spatial reuse and
+//! shading.
 
 use super::bindings::{Shade, Spatial, Temporal};
 use crate::Result;
@@ -11,31 +12,31 @@ use crate::shader_interface::Visibility;
 use crate::shader_interface::{RestirConstants, ReuseConstants, SpatialStep};
 use std::sync::Arc;
 
-/// The reservoirs of direct or of indirect light, and the passes that reuse and shade them. Only passes that the settings
-/// need exist, since a driver takes seconds to compile one.
+/// The reservoirs of one kind of light (direct or indirect), and the passes that reuse and shade them. Passes that the
+/// settings do not need are not made, since a driver takes seconds to compile one.
 pub struct Reuse {
-    /// The settings of resampling for direct or for indirect light, whichever these reservoirs hold.
+    /// The settings of resampling for this kind of light (direct or indirect).
     pub resampling: Resampling,
-    /// The settings of resampling as constants, which are the same in all frames.
+    /// The settings of resampling in the form that shaders read. They are the same in all frames.
     reuse: ReuseConstants,
     temporal: Option<ComputePass>,
     spatial: Option<ComputePass>,
-    /// The pass that adds the light of the selected samples to the picture; `None` if the last spatial pass adds it, or if
-    /// there are no reservoirs.
+    /// The pass that adds the light of the selected samples to the picture. `None` if the last spatial pass adds this light,
+    /// or if candidates are not stored in reservoirs.
     shade: Option<ComputePass>,
-    /// The constants of the current frame for the passes that reuse and shade these reservoirs.
+    /// The constants of the current frame for all passes of this kind of light (direct or indirect).
     pub constants: RestirConstants,
-    /// The uniform buffer that holds the constants of the current frame for the passes that reuse and shade these
-    /// reservoirs.
+    /// The uniform buffer on the device with the constants of the current frame for all passes of this kind of light.
     pub restir: Buffer,
-    /// The reservoirs of this frame and, until a spatial pass overwrites them, those of the previous frame. Without reuse,
-    /// there is one copy.
+    /// The reservoirs of this frame, and those of the previous frame until a spatial pass overwrites them. If the settings
+    /// turn off temporal and spatial reuse, there is only one copy.
     pub reservoirs: History<Buffer>,
 }
 
 impl Reuse {
-    /// Makes the passes and buffers. Without `uses_reservoirs`, candidates are not stored in reservoirs, and no pass shades.
-    /// `reservoir_bytes` is the size of one copy of the reservoirs, and `pass` makes the compute pass with a given name.
+    /// Makes the passes and buffers of one kind of light. If `uses_reservoirs` is false, the initial pass adds the light of
+    /// the candidates to the picture, and there is no pass for shading. `reservoir_bytes` is the size of one copy of the
+    /// reservoirs. `pass` makes the compute pass with a given name.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.
@@ -78,8 +79,8 @@ impl Reuse {
         })
     }
 
-    /// Advances the reservoirs to the next frame, and sets the constants of its passes: `constants`, with the settings of
-    /// resampling added.
+    /// Begins a frame. From now on, the reservoirs of the frame that was rendered last count as those of the previous frame.
+    /// The constants of the passes are set to `constants`, together with the settings of resampling.
     pub fn begin_frame(&mut self, constants: &RestirConstants) {
         self.reservoirs.advance();
         self.constants = RestirConstants {
@@ -88,8 +89,9 @@ impl Reuse {
         };
     }
 
-    /// Records temporal reuse, spatial reuse and shading, each if its pass exists. The current reservoirs hold the
-    /// candidates.
+    /// Records temporal reuse, spatial reuse and shading of a frame, each if its pass exists. At this time, the current
+    /// reservoirs contain the candidates that the initial pass has selected. Without a previous frame, temporal reuse is
+    /// left out.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.

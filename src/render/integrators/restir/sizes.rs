@@ -1,5 +1,5 @@
-//! The sizes in bytes of the buffers of resampling, computed before the buffers are allocated. Sizes that exceed the
-//! device's limits are refused with a message that names a remedy.
+//! The sizes in bytes of the buffers of reservoir resampling, computed before the buffers are allocated. A size that exceeds
+//! a limit of the device is refused, with a message that says how the user can avoid it.
 
 use super::reservoir_layout::ReservoirLayout;
 use crate::gpu::Device;
@@ -17,32 +17,39 @@ use glam::Vec3;
 // A pilot fits into the reservoir that holds it.
 const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
-/// The sizes in bytes of the buffers of resampling for one picture. A buffer with history is allocated twice.
+/// The sizes in bytes of the buffers of reservoir resampling for one picture. Buffers whose data the next frame reuses are
+/// allocated twice with this size.
 pub struct BufferSizes {
-    /// The number of slots for pixels in a buffer, not bytes: the pixels of the picture, padded to whole tiles of the pixel
-    /// order.
+    /// The number of slots for pixels in each buffer (not bytes): the number of pixels of the picture, padded to whole tiles
+    /// if pixels are ordered in tiles.
     pub slots: u64,
-    /// Bytes of the picture: the RGB radiance of each pixel.
+    /// Size of the buffer of the picture, in bytes. It stores the RGB radiance of each pixel.
     pub color: u64,
-    /// Bytes of the sample data, the primary surface of each pixel.
+    /// Size of the buffer of sample data, in bytes. It stores the primary surface of each pixel, which is the surface that
+    /// the camera sees there.
     pub sample_data: u64,
-    /// Bytes of the buffer of pilots (first BSDF rays); 0 if there are no pilots, or if reservoirs of indirect light hold
-    /// them.
+    /// Size in bytes of the separate buffer for the pilots (the first BSDF ray of each pixel). 0 if there are no pilots, or
+    /// if they are stored in the buffer of the reservoirs of indirect light.
     pub separate_pilots: u64,
-    /// The distance from one pixel's pilot to the next, in bytes.
+    /// The distance in memory from the pilot (first BSDF ray) of one pixel to that of the next, in bytes. It is the size of
+    /// a reservoir if reservoirs of indirect light store the pilots. Shaders do not use it with `reservoirs.arrays=soa`.
     pub pilot_stride: u64,
-    /// Bytes of the reservoirs of direct light.
+    /// Size in bytes of one buffer of reservoirs of direct light. The buffer is made only if direct light is rendered.
     pub direct: u64,
-    /// Bytes of the reservoirs of indirect light, or only of its pilots if it has no reservoirs.
+    /// Size in bytes of one buffer of reservoirs of indirect light, which is made only if indirect light is rendered. If
+    /// indirect light is not stored in reservoirs, the buffer stores only the pilots, the first BSDF ray of each pixel.
     pub indirect: u64,
-    /// The name and the bytes of each buffer of light samplers.
+    /// The name and the size in bytes of each buffer of the light samplers (light lists, hash grid); empty if the settings
+    /// use none.
     pub light_samplers: Vec<(&'static str, u64)>,
-    /// The size of world reservoirs, from which the bytes of their buffers follow.
+    /// The number of world reservoirs (the reservoirs of path vertices) and the size of their table, from which the sizes of
+    /// their buffers are computed.
     pub world: WorldSize,
 }
 
 impl BufferSizes {
-    /// The sizes for a picture of the size of `view`, with these settings and this layout of reservoirs.
+    /// Computes the sizes for a picture with the width and height of `view`, with these settings and this layout of
+    /// reservoirs.
     pub fn of(view: &ViewConstants, settings: &ResolvedSettings, layout: &ReservoirLayout) -> Self {
         let pixels = u64::from(view.width) * u64::from(view.height);
         let slots = layout.slots(view.width, view.height);
@@ -81,11 +88,11 @@ impl BufferSizes {
         }
     }
 
-    /// Checks that the device can bind each buffer at once. With `by_address`, the device only has to allocate the buffers
-    /// of world reservoirs, since shaders reach them by address.
+    /// Checks that no buffer is larger than the device can bind. If `by_address` is true, shaders reach the buffers of the
+    /// vertices of world reservoirs by address; then the device only has to be able to allocate these.
     ///
     /// # Errors
-    /// A buffer is too large; the message names the buffer and settings that make it smaller.
+    /// A buffer is too large; the message names the buffer, and settings that make it smaller.
     pub fn check(
         &self,
         device: &Device,

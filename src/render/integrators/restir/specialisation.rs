@@ -1,11 +1,11 @@
-//! The specialisation constants that the settings of resampling decide.
+//! The specialisation constants whose values follow from the settings of reservoir resampling.
 
 use super::reservoir_layout::ReservoirLayout;
 use crate::device_scene::GpuScene;
 use crate::render::settings::{Arrays, Candidates, Order, Resampling};
 use crate::shader_interface::{PixelOrder, Specialisation};
 
-/// The specialisation constants `base`, with those that describe the layout of reservoirs in memory.
+/// A copy of the specialisation constants `base`, with those set that describe the layout of reservoirs in memory.
 pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisation {
     let (pixel_order, swizzle) = match layout.settings.order {
         Order::Row => (PixelOrder::Row, 1),
@@ -22,7 +22,9 @@ pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisa
     }
 }
 
-/// The specialisation constants `base`, with those that select the code for resampling direct or indirect light of `scene`.
+/// A copy of the specialisation constants `base`, with those set that select the code for the settings `resampling`, which
+/// are those of direct or of indirect light. If the settings draw separate candidates for rare lights (the dimmest lights),
+/// the code for these is selected only if `scene` has rare lights.
 pub fn with_resampling(
     base: Specialisation,
     resampling: &Resampling,

@@ -1,9 +1,10 @@
-//! The hash grid: reservoirs of direct light in cells of space. Each is made from many candidates, and pixels merge it with
-//! their own candidates ("Normal-aware hash grid of precomputed reservoirs", 2025).
+//! The hash grid: reservoirs of direct light that belong to cells of space. A hash of the cell finds them. Each reservoir is
+//! made from many candidates, and pixels merge it with their own candidates ("Normal-aware hash grid of precomputed
+//! reservoirs", 2025).
 //!
-//! `glsl/lights/samplers/hash_grid/hash_grid.glsl` describes the grid. By default, surfaces of the frame's pixels fill it in
-//! each frame, so that it fits the picture and follows all motion. As published, points on the surfaces of the whole scene
-//! fill it once.
+//! `glsl/lights/samplers/hash_grid/hash_grid.glsl` describes the grid. By default, the surfaces that pixels show fill the
+//! grid in each frame, so that it fits the picture and follows all motion. With `hash_grid.mode=published`, random points on
+//! the surfaces of the whole scene fill it once, in the first frame.
 
 pub mod settings;
 
@@ -21,7 +22,8 @@ use crate::shader_interface::{
 use settings::{GridMode, HashGridSettings};
 
 crate::bindings! {
-    /// Bindings of the pass `grid_claim`, which decides for each slot of the hash grid which surface makes its reservoir.
+    /// Bindings of the pass `grid_claim`. In it, surfaces claim slots of the hash grid; for each slot, one of them wins and
+    /// will make the slot's reservoir.
     pub struct ClaimGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -33,7 +35,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `grid_fill`, which makes the reservoir of each slot of the hash grid.
+    /// Bindings of the pass `grid_fill`. In it, each surface that has won a slot of the hash grid makes the reservoir of
+    /// this slot from many light samples.
     pub struct FillGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -45,28 +48,33 @@ crate::bindings! {
     }
 }
 
-/// The number of points on surfaces for which reservoirs are made with `hash_grid.mode=published`. Each point counts twice,
-/// for both sides of its surface. Higher: more cells have reservoirs, but the grid needs more memory.
+/// The number of random points on the surfaces of the scene that fill the hash grid with `hash_grid.mode=published`. Each
+/// point counts twice, once for each side of its surface. Higher: more cells have reservoirs, but the grid needs more
+/// memory.
 const SURFACE_POINTS: usize = 1 << 19;
 
-/// The hash grid as a light sampler: its passes, buffers and constants.
+/// The hash grid as a light sampler: the passes that fill it, its buffers, and its constants for shaders.
 pub struct HashGridLight {
-    /// The pass `grid_claim`, which decides for each slot of the grid which surface makes its reservoir.
+    /// The pass `grid_claim`, in which surfaces claim slots of the grid. Among the surfaces that claim the same slot, it
+    /// selects one.
     claim: ComputePass,
-    /// The pass `grid_fill`, which makes the reservoir of each slot.
+    /// The pass `grid_fill`. For each claimed slot, the selected surface makes the slot's reservoir from many light samples.
     fill: ComputePass,
-    /// Points on the scene's surfaces with their normals, which fill the grid in the first frame; `None` if pixels fill it
-    /// in each frame.
+    /// Random points on the scene's surfaces with their normals, which fill the grid in the first frame. `None` if the
+    /// surfaces that pixels show fill it in each frame.
     points: Option<Buffer>,
-    /// The claim of each slot: the surface that fills it, and the key of its cell.
+    /// The claim of each slot: the index of the surface that fills it, and a hash of the cell of space and of the bin of
+    /// normals to which its reservoir belongs.
     slots: Buffer,
-    /// The reservoir of each slot, in the format of reservoirs of direct light.
+    /// The reservoir of each slot, in the same format as the reservoirs of direct light of pixels.
     reservoirs: Buffer,
     constants: GridConstants,
 }
 
-/// The number of surfaces that can fill slots of the hash grid, and the number of its slots, a power of two; both are 0
-/// without a grid.
+/// The number of surfaces that can fill slots of the hash grid in a frame, and the number of slots; both are 0 if there is
+/// no grid. The surfaces are those of one random pixel in each block of pixels, or both sides of each random point on the
+/// scene's surfaces. The number of slots is a power of two and at least twice the number of surfaces, so that few cells
+/// share a slot.
 fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     let surfaces = match filled_by {
         HashGrid::None => return (0, 0),
@@ -80,8 +88,8 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     (surfaces, (2 * surfaces).next_power_of_two())
 }
 
-/// The names and the sizes in bytes of the buffers of the hash grid (points on surfaces, slots, reservoirs), with
-/// `reservoir_bytes` bytes per reservoir; `None` without a grid.
+/// The names and the sizes in bytes of the three buffers of the hash grid: points on surfaces, slots and reservoirs.
+/// `reservoir_bytes` is the size of one reservoir. The result is `None` if there is no grid.
 fn bytes(
     filled_by: HashGrid,
     view: &ViewConstants,
@@ -101,7 +109,7 @@ fn bytes(
 }
 
 impl HashGridLight {
-    /// The functions with which `LightSamplers` computes the memory of the hash grid and makes it.
+    /// The functions by which `LightSamplers` computes the memory of the hash grid and makes the grid.
     pub(super) const KIND: Kind = Kind {
         bytes: |settings, view, reservoir_bytes| {
             let sizes = bytes(settings.filled_by, view, reservoir_bytes);
@@ -241,8 +249,8 @@ impl LightSampler for HashGridLight {
     }
 }
 
-/// The side of a cell, in the unit of `points`: the longest side of the bounds of all points, divided by `cells`. It is 1 if
-/// the bounds have no extent.
+/// The side of a cell, in the same unit as the coordinates of `points`: the longest side of the bounding box of all points,
+/// divided by `cells`. It is 1 if the bounding box has no extent, for example without points.
 fn cell_size(points: &[SurfacePoint], cells: u32) -> f32 {
     let positions = points.iter().map(|point| point.position);
     let low = positions

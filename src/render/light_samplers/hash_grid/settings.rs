@@ -1,58 +1,66 @@
-//! Settings of the hash grid (`hash_grid.*`), which have an effect with `direct.candidates=hash-grid`.
+//! Settings of the hash grid (`hash_grid.*`), a light sampler that stores reservoirs of direct light in cells of space. They
+//! have an effect only with `direct.candidates=hash-grid`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The contents of a reservoir of the hash grid, and the MIS weights with which pixels merge it.
+/// The points for which the hash grid makes its reservoirs of direct light, and the MIS weights with which pixels merge
+/// these reservoirs. The grid stores the reservoirs in cells of space.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GridMode {
-    /// Each reservoir belongs to one pixel of the frame, and pixels merge it with defensive weights, independent of
-    /// `direct.mis`.
+    /// Each reservoir is made for the surface of one pixel, and all reservoirs are made again in each frame. Pixels merge
+    /// them with defensive MIS weights, for any value of `direct.mis`: unbiased.
     #[default]
     Unbiased,
-    /// Each reservoir mixes points of its cell and is made once, in the first frame, for the surfaces of the whole scene.
-    /// Its confidence follows from its number of candidates: biased, as published.
+    /// The reservoirs are made once, in the first frame, for points on all surfaces of the scene. The candidates of one
+    /// reservoir are drawn at several points of its cell. The MIS weights follow from confidence alone: biased, as published
+    /// ("Normal-aware hash grid of precomputed reservoirs", 2025).
     Published,
 }
 
-/// The hash grid: reservoirs of direct light in cells of space, which pixels merge with their own candidates.
+/// Settings of the hash grid, which stores reservoirs of direct light in cells of space. Pixels merge the reservoirs of
+/// their cell with their own light candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HashGridSettings {
-    /// The contents of a reservoir, and the MIS weights with which pixels merge it. `published` is biased.
+    /// The points for which the reservoirs are made (surfaces of pixels, or points in the whole scene), and the MIS weights
+    /// with which pixels merge the reservoirs. `published` is biased.
     pub mode: GridMode,
-    /// Size of a cell, in pixels; in the scene, the size is rounded up or down at random to a power of two. Higher: more
-    /// reservoirs that pixels have in common, which fit them less well. No effect with `published`.
+    /// Side of a cell of space, as the number of pixels that it spans in the picture. In the scene, the side is rounded to
+    /// the next lower or higher power of two, at random. Higher: more pixels merge the same reservoirs, which fit each of
+    /// them less well. No effect with `published`.
     #[schemars(range(min = 1, max = 1024))]
     pub cell: u32,
-    /// Number of cells along the longest side of the scene, with `published` only. Higher: reservoirs that fit better, but
-    /// fewer of them per cell.
+    /// Number of cells along the longest side of the box around all surfaces of the scene. Higher: smaller cells, so
+    /// reservoirs fit the pixels better, but fewer are made per cell. No effect with `unbiased`.
     #[schemars(range(min = 1, max = 1024))]
     pub cells: u32,
-    /// Number of bins of normals along each side of the octahedral map: 8 means 64 bins; 1: normals do not matter. Higher:
-    /// reservoirs that fit the pixels better, but fewer of them per pixel.
+    /// Number of bins of normals along each side of the octahedral map: 8 means 64 bins. A pixel merges only reservoirs in
+    /// the bin of its own normal; 1: normals do not matter. Higher: reservoirs that fit the pixels better, but fewer of them
+    /// per pixel.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
-    /// Maximum number of reservoirs per cell and bin. Higher: pixels have fewer samples in common, but find fewer reservoirs
-    /// in small cells.
+    /// Maximum number of reservoirs in each bin of a cell, among which pixels pick `merged` at random. Higher: two pixels
+    /// less often merge the same reservoirs, but in small cells more pixels pick places without a reservoir.
     #[schemars(range(min = 1, max = 1024))]
     pub reservoirs: u32,
-    /// Number of light candidates of each reservoir. Higher: better samples. Cost per candidate: one light sample in one of
-    /// sixteen pixels.
+    /// Number of light candidates from which one is selected for each reservoir. Higher: reservoirs with less noise. Cost:
+    /// one evaluation of the target function per candidate, in one of sixteen pixels, no ray.
     #[schemars(range(min = 1, max = 65536))]
     pub candidates: u32,
-    /// Maximum number of reservoirs that a pixel merges with its own candidates. Cost: three evaluations of the target
-    /// function each, no ray.
+    /// Maximum number of reservoirs of the grid that a pixel merges with its own candidates in each frame. Higher: each
+    /// pixel benefits from more candidates. Cost: three evaluations of the target function per reservoir, no ray.
     #[schemars(range(min = 1, max = 16))]
     pub merged: u32,
-    /// Confidence of each merged reservoir. Unit: all candidates of the pixel together. Higher: less noise in first frames,
-    /// more in late ones, since pixels have samples in common. Unbiased at any value. With `published`, the confidence is
-    /// `candidates` divided by `direct.light_samples` instead, and at least 1.
+    /// Confidence of each merged reservoir of the grid, where 1 is the confidence of all candidates of the pixel together.
+    /// Higher: less noise in the first frames, but more in later ones, because pixels then have samples in common. Unbiased
+    /// at any value. With `published`, the confidence is instead `candidates` divided by `direct.light_samples`, but at
+    /// least 1.
     #[schemars(range(min = 1, max = 500))]
     pub confidence: u32,
-    /// Index of the first frame in which pixels do not merge these reservoirs, because their history is better; 0: pixels
-    /// always merge them.
+    /// Index of the first frame in which pixels no longer merge reservoirs of the grid, because the reservoirs of the
+    /// previous frame are then better; 0: pixels merge them in every frame.
     #[schemars(range(min = 0, max = 1000000))]
     pub until_frame: u32,
 }

@@ -1,5 +1,5 @@
-//! Light lists: for each tile of pixels, a list of lights that are drawn from the light BVH. Pixels draw candidates of
-//! direct light from the lists, so that they need not walk through the tree.
+//! Light lists: in each frame, one pixel of each tile of pixels draws a list of lights from the light BVH, a tree of lights.
+//! Pixels near the tile draw their candidates of direct light from this list, so that they need not walk through the tree.
 
 use super::settings::LightBvhSettings;
 use crate::Result;
@@ -10,7 +10,7 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{LIST_CONTEXT_WORDS, TILE, ViewConstants};
 
 crate::bindings! {
-    /// Bindings of the pass `light_lists`, in which one pixel of each tile draws the list of the tile.
+    /// Bindings of the pass `light_lists`, in which one pixel of each tile draws the lights of the tile's list.
     pub struct DrawLightLists {
         [offers scene: SceneBindings]
         uniform restir,
@@ -20,21 +20,22 @@ crate::bindings! {
     }
 }
 
-/// The pass that draws the light lists of a frame, and the buffer that holds them.
+/// The pass that draws the light lists of each frame, and the buffer in which it stores them for the pass of direct light.
 pub struct LightLists {
     pass: ComputePass,
-    /// The lists, tile by tile in rows from the top. Each list is the shading point that drew it, then pairs of a light's
-    /// index and its probability.
+    /// The lists, one per tile, in rows of tiles from the top. Each list begins with the shading point for which its lights
+    /// were drawn. Then it has a fixed number of entries: the index of a light, and the probability with which it was drawn.
     lists: Buffer,
     tiles: [u32; 2],
 }
 
-/// The number of tiles along the width and along the height of the picture.
+/// The number of tiles along the width and along the height of the picture. Tiles at the right and lower edges may be cut
+/// off.
 fn tiles(settings: &LightBvhSettings, view: &ViewConstants) -> [u32; 2] {
     [view.width, view.height].map(|side| side.div_ceil(settings.tile))
 }
 
-/// The size in bytes of the buffer that holds the lists of all tiles.
+/// The size, in bytes, of the buffer that stores the lists of all tiles.
 fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
     let [x, y] = tiles(settings, view);
     let words = LIST_CONTEXT_WORDS + 2 * settings.list;
@@ -42,7 +43,8 @@ fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
 }
 
 impl LightLists {
-    /// The functions with which `LightSamplers` computes the memory of light lists and makes them.
+    /// The functions with which `LightSamplers` computes the size of the buffer of light lists, and makes this buffer and
+    /// its pass.
     pub(in crate::render::light_samplers) const KIND: Kind = Kind {
         bytes: |settings, view, _| {
             let lists = settings.light_lists.into_iter();

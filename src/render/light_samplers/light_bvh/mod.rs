@@ -1,4 +1,5 @@
-//! The buffer of the light BVH, a tree of lights. It is empty if the settings draw no candidates from the tree.
+//! The buffer of the light BVH, a tree from which lights are drawn for light candidates. The buffer is empty if the settings
+//! draw no candidates from the tree.
 
 pub mod lists;
 pub mod settings;
@@ -17,21 +18,24 @@ use settings::{Boxes, Far, LightBvhSettings};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// The number of points on surfaces at which boxes of influence (the boxes within which lights are found) are counted, to
-/// choose the scale of the boxes. Higher: a more exact scale, but a longer start.
+/// The number of points on surfaces that are used to choose the scale of boxes of influence, the boxes within which lights
+/// are found. The scale is such that a point is within about 8 of the boxes. Higher: a more exact scale, but a longer start.
 const SURFACE_POINTS: usize = 1024;
 
-/// The light BVH on the device, with the tree from which its contents are made; empty if no candidates are drawn from it.
+/// The buffer of the light BVH on the device, and the tree on the CPU from which the contents of the buffer are made. The
+/// buffer is empty if no candidates are drawn from the light BVH.
 pub struct LightBvhBuffer {
-    /// The number of nodes of the tree; 0 if there is no tree.
+    /// The number of nodes of the tree, inner nodes and leaves; 0 if there is no tree.
     pub node_count: u32,
     buffer: Buffer,
-    /// The tree, and the time in the scene, in seconds, for which the buffer holds its lights. `None` if there is no tree.
+    /// First the tree on the CPU. Then the time of the pose, in seconds, from which the lights in the buffer were computed:
+    /// if the scene is posed at another time, the buffer must be updated. `None` if there is no tree.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 
 impl LightBvhBuffer {
-    /// Builds the tree for the lights of `scene` at time 0 and uploads it. If `options` are `None`, the buffer is empty.
+    /// Builds the tree for the lights that `scene` has at time 0, and uploads it. If `options` are `None`, there is no tree,
+    /// and the buffer is empty.
     ///
     /// # Errors
     /// The buffer exceeds a limit or the free memory of the device, or rays that measure boxes of influence cannot be
@@ -74,12 +78,13 @@ impl LightBvhBuffer {
 }
 
 impl SceneResource for LightBvhBuffer {
-    /// The name and the size in bytes of the light BVH's buffer; `None` if it is empty.
+    /// The name and the size in bytes of the light BVH's buffer, for reports of memory; `None` if the buffer is empty.
     fn memory(&self) -> Option<(&'static str, u64)> {
         (self.node_count > 0).then(|| (LIGHT_BVH, self.buffer.size()))
     }
 
-    /// The name of the binding and the buffer of the light BVH, as texels or as storage, as shaders of `variant` read it.
+    /// The name of the binding in the shaders, and the buffer of the light BVH. If shaders of `variant` fetch texels, the
+    /// buffer is bound as texels, otherwise as a storage buffer.
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>) {
         let resource = match variant.fetch {
             Fetch::Texels => Resource::Texels(&self.buffer),
@@ -88,7 +93,9 @@ impl SceneResource for LightBvhBuffer {
         (LIGHT_BVH, resource)
     }
 
-    /// Fits the boxes and powers of the tree to the scene's lights in the current pose, if they have moved or changed.
+    /// If the current pose of the scene has another time than the lights in the buffer, uploads the tree again, with the
+    /// boxes and powers of the lights in this pose. The structure of the tree stays the same. Does nothing if the scene does
+    /// not move.
     ///
     /// # Errors
     /// The device fails, or an earlier update failed in another thread.
@@ -106,8 +113,8 @@ impl SceneResource for LightBvhBuffer {
     }
 }
 
-/// Builds the tree for the lights at time 0. With `far=skipped` and `boxes=visibility`, it traces rays from the lights to
-/// limit the boxes of influence (the boxes within which lights are found).
+/// Builds the tree for the lights at time 0. With `far=skipped` and `boxes=visibility`, it then traces rays from the lights,
+/// and limits each box of influence (the box within which a light is found) to the surfaces that the rays hit.
 fn build(
     device: &Arc<Device>,
     scene: &Arc<GpuScene>,

@@ -1,22 +1,25 @@
-//! Settings of the light BVH (`light_bvh.*`), a tree of lights from which `candidates=light-bvh` draws.
+//! Settings of the light BVH (`light_bvh.*`), a tree of lights. Light candidates are drawn from it with
+//! `direct.candidates=light-bvh` or `indirect.candidates=light-bvh`.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The factor by which the boxes around lights in the light BVH are enlarged: `auto` or a number from 1e-9 to 1e9. Larger
-/// boxes find more lights at a point, by longer walks through the tree.
+/// The factor by which the boxes around lights in the light BVH are enlarged: `auto`, or a number from 1e-9 to 1e9. With
+/// larger boxes, a walk through the tree finds more lights at a point, or finds far lights in smaller groups, and takes
+/// longer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Written", try_from = "Written")]
 pub enum Scale {
-    /// 1 with `far=joined`; with `far=skipped`, a factor that is chosen from the scene.
+    /// The factor 1 with `far=joined`. With `far=skipped`, the factor with which points on the scene's surfaces are within
+    /// about 8 boxes.
     #[default]
     Auto,
     /// The given factor, from 1e-9 to 1e9.
     Number(f32),
 }
 
-/// A scale in the form in which TOML and JSON write it: a number, or the word `auto`.
+/// A [`Scale`] in the form in which TOML and JSON files contain it: a number, or the word `auto`. Other words are errors.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum Written {
@@ -47,7 +50,7 @@ impl TryFrom<Written> for Scale {
 }
 
 impl Scale {
-    /// The given factor; `None` for `auto`.
+    /// The factor that the user gave; `None` for `auto`, because the factor is then chosen when the tree is built.
     pub fn number(self) -> Option<f32> {
         match self {
             Self::Auto => None,
@@ -69,86 +72,94 @@ impl JsonSchema for Scale {
     }
 }
 
-/// The distribution by which a walk through the light BVH draws one of the lights that it finds at a point.
+/// The probabilities with which a walk through the light BVH draws one of the lights that it finds at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightChoice {
-    /// A cluster of lights is drawn by its expected contribution at the point, then a light of the cluster by power.
+    /// The walk draws a group of lights in proportion to the light that the group is expected to add at the point, without
+    /// visibility. Then it draws a light of the group in proportion to its power.
     #[default]
     Contribution,
-    /// All lights that a walk finds have the same probability, as published.
+    /// All lights that a walk finds have the same probability, as published (Gardishyan 2025).
     Uniform,
 }
 
-/// The treatment of lights that are far from a point.
+/// The treatment of lights that are far from the point at which a walk through the light BVH searches for lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Far {
-    /// Far lights are joined: the farther away lights are, the larger are the groups that a walk treats as one light.
+    /// Far lights are joined: a walk treats a group of them as one light. The farther away lights are, the larger are the
+    /// groups.
     #[default]
     Joined,
-    /// A light is found only at points inside its cluster's box of influence, as published. Elsewhere, only the candidates
-    /// that are drawn among all lights find it.
+    /// A walk finds a light only at points inside the box of influence of the light's cluster, as published (Gardishyan
+    /// 2025). At other points, only the candidates that are drawn among all lights can select the light.
     Skipped,
 }
 
-/// The extent of boxes of influence, the boxes around clusters of lights within which their lights are found.
+/// The extent of boxes of influence. Such a box surrounds a cluster of lights, and with `far=skipped` a point finds these
+/// lights only inside the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Boxes {
-    /// The radius of a box follows from the power of its lights.
+    /// The box extends beyond the lights of its cluster by the distance scale · √power, in all directions. The power is the
+    /// sum of luminance × area over the lights.
     #[default]
     Simple,
-    /// Boxes are also limited to the surfaces that rays from their lights hit at time 0. Boxes of lights that are off at
-    /// that time are as with `simple`.
+    /// As `simple`, but the box ends at the surfaces that rays from the lights of its cluster hit at time 0. The boxes of
+    /// lights that are off at time 0 are as with `simple`.
     Visibility,
 }
 
-/// The distribution of the candidates that are not drawn from the tree but among all lights.
+/// The probabilities of lights for those candidates that are drawn among all lights instead of from the light BVH.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rest {
-    /// Lights are drawn in proportion to area × luminance, mixed with a uniform fraction.
+    /// Nine of ten draws select a light in proportion to its power (area × luminance for a triangle). One of ten draws
+    /// selects each light with the same probability.
     #[default]
     Power,
-    /// All lights have the same probability, as published.
+    /// All lights have the same probability, as published (Gardishyan 2025).
     Uniform,
 }
 
-/// The light BVH: the options of its construction, and of the candidates that are drawn from it.
+/// Settings of the light BVH, a tree of lights: how it is built, and how candidates are drawn from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightBvhSettings {
-    /// The treatment of lights that are far from a point: `joined` lets a walk find them in groups, `skipped` leaves them
-    /// out. Unbiased either way.
+    /// The treatment of lights that are far from a point: `joined` lets a walk through the tree find them in groups, with
+    /// `skipped` the walk does not find them. Unbiased either way.
     pub far: Far,
-    /// With `far=joined`, lights are joined beyond this many times half the diagonal of their box; with `far=skipped`, a
-    /// light is found up to the distance scale · √power, with power in luminance × area. `auto`: 1 with `far=joined`;
-    /// otherwise a scale at which points on surfaces lie within about 8 boxes. Higher: longer searches, and candidates
-    /// closer to the best ones. Unbiased at any value.
+    /// With `far=joined`, a group of lights is treated as one light at points that are farther from the group's box than
+    /// scale × half the diagonal of the box. With `far=skipped`, a light is found up to the distance scale × √power, with
+    /// power in luminance × area. `auto`: 1 with `far=joined`; otherwise a scale at which points on surfaces are within
+    /// about 8 boxes. Higher: longer searches, and candidates closer to the best ones. Unbiased at any value.
     pub scale: Scale,
-    /// Fraction of candidates that are drawn among all lights instead of from the tree: at least one of several candidates;
-    /// a single candidate is drawn so with this probability. Higher: less noise where light comes from unexpected
-    /// directions, more noise elsewhere. Unbiased at any value.
+    /// Fraction of the candidates that are drawn among all lights instead of from the tree. At least one of several
+    /// candidates is; a single candidate is drawn among all lights with this probability. Higher: less noise where light
+    /// comes from unexpected directions, more noise elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
-    /// The extent of boxes of influence, with `far=skipped`. `visibility` limits the boxes by rays: 256 for each box, traced
-    /// before the first frame. Unbiased either way.
+    /// The extent of boxes of influence, the boxes within which lights are found with `far=skipped`; no effect otherwise.
+    /// `visibility` limits each box by 256 rays, which are traced before the first frame. Unbiased either way.
     pub boxes: Boxes,
-    /// True if lights that are close to each other form a cluster with one box, which makes the tree smaller; false if each
-    /// light has its own box. Unbiased either way.
+    /// True if lights that are close to each other form a cluster with one box, so that the tree has fewer nodes; false if
+    /// each light has a separate box. Unbiased either way.
     pub cluster: bool,
-    /// The distribution by which a walk through the tree draws one of the lights that it finds at a point. Unbiased either
-    /// way.
+    /// The probabilities with which a walk through the tree draws one of the lights that it finds at a point: by
+    /// `contribution` or `uniform`. Unbiased either way.
     pub choice: LightChoice,
-    /// The distribution of the candidates that are not drawn from the tree but among all lights. Unbiased either way.
+    /// The probabilities of lights for the candidates that are drawn among all lights instead of from the tree: by `power`
+    /// or `uniform`. Unbiased either way.
     pub rest: Rest,
-    /// Size of the tiles in which one pixel draws lights for all pixels, for direct light. 1: each pixel walks through the
-    /// tree itself. Higher: less time, and candidates that fit fewer of the pixels. Unit: pixels. Unbiased at any value.
+    /// Side of the square tiles of pixels for direct light. Unit: pixels. One pixel of each tile draws a list of lights from
+    /// the tree, from which the pixels around it take their candidates. 1: there are no lists, and each pixel walks through
+    /// the tree itself. Higher: less time, and candidates that fit fewer of the pixels. Unbiased at any value.
     #[schemars(range(min = 1, max = 64))]
     pub tile: u32,
-    /// Number of lights that a tile draws; each pixel uses `light_samples` of them at most. Higher: neighbours have fewer
-    /// candidates in common. Cost: eight bytes per light and tile. Unbiased at any value.
+    /// Number of lights in the list of a tile; each pixel uses at most `direct.light_samples` of them. Higher: neighbouring
+    /// pixels have fewer candidates in common. Cost: eight bytes per light and tile. Unbiased at any value. No effect with
+    /// `tile=1`.
     #[schemars(range(min = 1, max = 1024))]
     pub list: u32,
 }
