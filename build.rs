@@ -47,8 +47,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Compiles each pair of `shaders`, the name of a pass and a variant, into the folder `out`, with one thread per core. If
-/// shaders do not compile, returns the error of one of them.
+/// Compiles each entry of `shaders`, which names a pass and a variant of it, to a file in the folder `out`. One thread
+/// per core does this work. If shaders do not compile, the function returns the error of one of them.
 fn compile_all(shaders: &[(&str, Variant)], sources: &Sources, out: &Path) -> Result<(), String> {
     let next = AtomicUsize::new(0);
     let work = || -> Result<(), String> {

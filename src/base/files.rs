@@ -76,8 +76,8 @@ pub fn check_writable(path: &Path) -> Result<()> {
     New::beside(path, &target(path)).map(drop)
 }
 
-/// Opens a device or a pipe for writing. Opening never waits: if nobody reads a pipe, it returns an error, where the
-/// system would wait for a reader. Later writes wait as usual.
+/// Opens a device or a pipe for writing. If no process reads the pipe, this returns an error at once, whereas the system
+/// would by default wait for a reader. Later writes wait as usual.
 fn open_device(path: &Path) -> std::io::Result<File> {
     let mut options = File::options();
     options.write(true).custom_flags(libc::O_NONBLOCK);
@@ -93,8 +93,9 @@ fn open_device(path: &Path) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// True if two paths lead to the same file, by another spelling or through links; the file need not exist yet. False for
-/// devices, such as /dev/null, because several outputs may be written to one device.
+/// True if two paths lead to the same file, even if they are spelled differently or contain links. The file need not
+/// exist yet. For a device, such as /dev/null, the result is always false, because several outputs may be written to one
+/// device.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     if is_device(a) {
         return false;
@@ -151,7 +152,7 @@ impl New {
     }
 }
 
-/// The beginning of the names of temporary files. They are in the same folders as the files that they will replace.
+/// The names of temporary files begin with this text. A temporary file is in the folder of the file that it will replace.
 const PREFIX: &str = ".headwater-";
 
 #[cfg(target_os = "linux")]
@@ -164,8 +165,8 @@ mod unnamed {
     use std::os::fd::AsRawFd;
     use std::os::unix::fs::OpenOptionsExt;
 
-    /// The folder with one link for each open file of this process. A file without a name gets a name when its link in this
-    /// folder is linked to that name.
+    /// In this folder, Linux shows the open files of this process, as one link for each. A file without a name is given
+    /// one through its link.
     const OPEN_FILES: &str = "/proc/self/fd";
 
     /// Creates a file without a name in `folder`; `None` if the file system does not support this or the folder cannot be

@@ -1,5 +1,5 @@
-//! Reading of input files. Only plain files are opened: a pipe has no size and may never end, and a device can act on being
-//! opened.
+//! Reads input files. Only plain files are opened, because a pipe has no size and may never end, and because merely
+//! opening a device can have an effect.
 
 use crate::base::memory::room_for;
 use crate::{Error, Result};
@@ -16,8 +16,8 @@ pub const MAX_TOML_BYTES: u64 = 16 << 20;
 /// Larger files are refused.
 pub const MAX_JSON_BYTES: u64 = 256 << 20;
 
-/// Opens a plain file for reading. It never waits, even if a pipe takes the place of the file between the check and the
-/// opening.
+/// Opens a plain file for reading. The function never waits, even if a pipe replaces the file after this function has
+/// checked that it is a plain file.
 ///
 /// # Errors
 /// The file cannot be opened, or it is a folder, a pipe, a socket or a device.

@@ -1,21 +1,21 @@
-//! Checks that enough memory is available, before an input takes much of it. They are needed because Linux lets processes
-//! reserve more memory than the machine has, and kills a process that then uses too much. A successful reservation alone
-//! proves nothing.
+//! Checks whether enough memory is available before an input takes much of it. Such a check is needed because Linux lets
+//! processes reserve more memory than the machine has, and kills a process that then uses too much. A successful
+//! reservation does not prove that there is enough memory.
 
 use crate::base::out_of_memory::may_fail;
 use std::fs::read_to_string;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The number of requested bytes, 64 MiB, for which [`check`] reads the available memory from the system once. It is not
-/// read for each smaller request, because reading it takes several system calls.
+/// The maximum sum of requested bytes for which [`check`] does not read the available memory from the system: 64 MiB. It
+/// is not read for each small request, because reading it takes several system calls.
 const LITTLE: u64 = 64 << 20;
 
 /// The sum, in bytes, of the requests to [`check`] since the available memory was last read. All threads share it.
 static TAKEN: AtomicU64 = AtomicU64::new(0);
 
-/// Checks that `bytes` more bytes of memory are available; reserves nothing. Small requests cost nothing: they are
-/// summed, and the available memory is read once per [`LITTLE`] bytes.
+/// Checks that `bytes` more bytes of memory are available; reserves nothing. Small requests are only summed; the
+/// available memory is read when their sum exceeds [`LITTLE`] bytes.
 ///
 /// # Errors
 /// Fewer than `bytes` bytes, or fewer than [`LITTLE`] bytes, are available; the text names the needed and the available
@@ -71,9 +71,9 @@ fn number(text: &str) -> Option<u64> {
     text.split_whitespace().next()?.parse().ok()
 }
 
-/// The number of bytes of memory that the control groups (cgroups) of a process still allow; `None` if they have no
-/// limit. `groups` is the content of the process's `/proc/self/cgroup`, and `root` is the folder where the system shows
-/// the groups, `/sys/fs/cgroup`.
+/// The number of bytes that a process may still take before it reaches a memory limit of its control groups (cgroups);
+/// `None` if they have no limit. `groups` is the content of the process's `/proc/self/cgroup`, and `root` is the folder
+/// where the system shows the groups, `/sys/fs/cgroup`.
 fn left_in_groups(groups: &str, root: &Path) -> Option<u64> {
     let left = groups.lines().filter_map(|line| {
         let (controllers, path) = line.split_once(':')?.1.split_once(':')?;

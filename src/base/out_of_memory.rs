@@ -1,5 +1,5 @@
-//! Out of memory: prints one line on stderr and ends the process with exit status 1. The standard library would print two
-//! lines and abort, and only its unstable interface can change that.
+//! When memory runs out, this module prints one line on stderr and ends the process with exit status 1. The standard
+//! library would print two lines and abort, and only an unstable interface of it can change that.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

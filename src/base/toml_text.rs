@@ -1,4 +1,4 @@
-//! TOML texts that users write: parsed into structures, and searched for the line that an error message is about.
+//! Parses TOML texts that users write, and finds the line of a key in them, so that an error message can show it.
 
 use crate::{Error, Result};
 use serde::de::DeserializeOwned;
@@ -54,8 +54,8 @@ impl TomlText {
         }
     }
 
-    /// An input error whose message begins with the origin, and with the number and the text of the line that contains the
-    /// byte at `offset`; then follows `message`.
+    /// Makes an input error. Its message begins with the origin and with the number and the text of the line that
+    /// contains the byte at `offset`, and ends with `message`.
     fn error_at(&self, offset: usize, message: &str) -> Error {
         let number = 1 + self.text[..offset].matches('\n').count();
         let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();

@@ -28,14 +28,15 @@ pub struct SceneArgs {
     /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
     #[command(flatten)]
     pub load: LoadArgs,
-    /// Light from infinitely far away: an image file, .exr or .hdr, by longitude and latitude, or a sky such as sky:sun=40,
-    /// with the sun's elevation in degrees
+    /// Light from infinitely far away: an .exr or .hdr image whose columns are longitudes and whose rows are latitudes,
+    /// or a sky such as sky:sun=40, where the number is the sun's elevation in degrees
     #[arg(long, value_name = "FILE|sky:…")]
     pub environment: Option<String>,
-    /// Width of the picture in pixels; if only --height is given, from the camera's aspect ratio; if neither is given, 1280
+    /// Width of the picture in pixels; without it, the width follows from --height and the camera's aspect ratio; without
+    /// both, it is 1280
     #[arg(long, allow_negative_numbers = true)]
     pub width: Option<u32>,
-    /// Height of the picture in pixels; if it is not given, from the width and the camera's aspect ratio
+    /// Height of the picture in pixels; without it, the height follows from the width and the camera's aspect ratio
     #[arg(long, allow_negative_numbers = true)]
     pub height: Option<u32>,
     /// Seed of all random numbers; equal seeds give equal pictures on the same device and driver
@@ -48,18 +49,18 @@ pub struct SceneArgs {
     /// Send the camera's rays through random points of each pixel (box filter), not through its centre
     #[arg(long)]
     pub jitter: bool,
-    /// The camera of the scene to render with, by its name or its index from 0; without it, the first one
+    /// Render with this camera of the scene, given by its name or its index from 0; without it, the first camera is used
     #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
     pub camera: Option<String>,
-    /// A camera to use instead of the scene's: eye and target in scene units, and optionally the vertical field of view in
-    /// degrees [default: 45]
+    /// Render with this camera, not with one of the scene; it is given by eye and target in scene units, and optionally
+    /// by the vertical field of view in degrees [default: 45]
     #[arg(
         long,
         value_name = "EX,EY,EZ,TX,TY,TZ[,DEGREES]",
         allow_hyphen_values = true
     )]
     pub look_at: Option<String>,
-    /// Time in the scene, in seconds, that the picture shows, or with --fps the time that frame 0 shows
+    /// Time in the scene, in seconds, at which it is rendered; with --fps, it is the time of frame 0
     #[arg(
         long,
         default_value_t = 0.0,
@@ -103,21 +104,26 @@ pub struct SceneArgs {
 /// Channels (arbitrary output variables) that an EXR file can have beside the picture, as `--aov` names them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Aov {
-    /// The fraction of light that the visible surface reflects, from 0 to 1 for red, green and blue; 0 where nothing was hit
+    /// The channels contain the fraction of light that the visible surface reflects, from 0 to 1 for red, green and blue;
+    /// they are 0 where the camera's ray hits nothing
     Albedo,
-    /// The unit shading normal of the visible surface, in world space, on the side of the camera; 0 where nothing was hit
+    /// The channels contain the unit shading normal of the visible surface, in world space, on the side of the camera;
+    /// they are 0 where the camera's ray hits nothing
     Normal,
-    /// Distance from the camera to the visible surface along the ray, in scene units; 0 where nothing was hit
+    /// The channel contains the distance from the camera to the visible surface along the ray, in scene units; it is 0
+    /// where the ray hits nothing
     Depth,
-    /// Index of the visible instance among all instances of the scene, from 0; 0xFFFFFFFF where nothing was hit
+    /// The channel contains the index of the visible instance among all instances of the scene, from 0; it is 0xFFFFFFFF
+    /// where the camera's ray hits nothing
     Instance,
-    /// Vector in the picture, in pixels, from the visible surface point to the position that it had in the previous frame;
-    /// right and down are positive
+    /// The channels contain the vector in the picture, in pixels, from the visible surface point to the position that it
+    /// had in the previous frame; right and down are positive
     Motion,
-    /// The reservoirs of direct light after the last frame, one per pixel: weight, confidence, age, the light, and the pixel
-    /// from which the sample came
+    /// The channels describe the reservoir of direct light of each pixel after the last frame: weight, confidence, age,
+    /// light, number of merged neighbours, the pixel from which the sample came, and the Jacobian of its shifts
     Direct,
-    /// The reservoirs of indirect light after the last frame, one per pixel, with the same channels as those of direct light
+    /// The channels describe the reservoir of indirect light of each pixel after the last frame, with the same channels
+    /// as for direct light
     Indirect,
 }
 
@@ -134,9 +140,9 @@ impl Aov {
 }
 
 impl SceneArgs {
-    /// The settings of the preset, after the changes by the file of `--config` and then by `--set`. The second value lists
-    /// the dotted keys that the file and `--set` change, such as `direct.mode`, so that the user can be told which of them
-    /// have no effect.
+    /// The settings of the run: those of the preset, changed by the file of `--config` and then by `--set`. The second
+    /// value lists the dotted keys, such as `direct.mode`, that the file and `--set` change, so that the user can be told
+    /// which of them have no effect.
     ///
     /// # Errors
     /// A preset, key or value is unknown, or the file cannot be read or is not TOML.

@@ -1,5 +1,5 @@
-//! `--capture`: the loop over frames for a capture tool, RenderDoc or GFXReconstruct. Each frame is presented to a
-//! swapchain without a window, because the tools see the end of a frame there.
+//! `--capture`: renders frames for a capture tool, RenderDoc or GFXReconstruct. Each frame is presented to a swapchain
+//! without a window, because GFXReconstruct recognises the end of a frame by this. RenderDoc works without it.
 
 use super::interrupt::Interrupt;
 use super::progress::Progress;
@@ -57,10 +57,10 @@ impl FrameRange {
 
 /// The capture tool that is loaded into this process.
 enum Tool {
-    /// RenderDoc. The program calls its interface at the beginning and at the end of each captured frame.
+    /// RenderDoc is loaded. The program calls its interface at the beginning and at the end of each captured frame.
     RenderDoc(renderdoc::Watcher),
-    /// A Vulkan layer that records all calls of the program, such as that of GFXReconstruct. It recognises the end of a
-    /// frame by the presented picture.
+    /// A Vulkan layer that records all calls of the program is loaded, such as that of GFXReconstruct. It recognises the
+    /// end of a frame by the presented picture.
     Layer,
 }
 
@@ -174,8 +174,8 @@ pub struct CapturePlan<'a> {
     pub range: FrameRange,
     /// The number of frames that are rendered; their indices begin with 0.
     pub frames: u32,
-    /// True: the radiance of every frame is added to the renderer's sums. False: each frame is rendered alone, and the sums
-    /// hold the last one at the end.
+    /// If true, the radiance of every frame is added to the renderer's sums. If false, each frame is rendered alone, and
+    /// at the end the sums hold the last one.
     pub accumulate: bool,
     /// Exposure of the presented pictures, in stops: radiance is multiplied by 2^`exposure`.
     pub exposure: f32,
@@ -188,8 +188,8 @@ pub struct CapturePlan<'a> {
 /// [`accumulate`](CapturePlan::accumulate) the sum of all frames.
 ///
 /// # Errors
-/// No tool is loaded, the tool needs presented pictures and the device cannot present them, the device, the tool or the disk
-/// fails, or a signal was received.
+/// No tool is loaded; the tool needs presented pictures and the device cannot present them; the device, the tool or the
+/// disk fails; or a signal was received.
 pub fn render(
     session: &mut Session,
     wanted: &CapturePlan<'_>,

@@ -33,9 +33,10 @@ pub enum TracerArg {
     /// The program chooses by the features of the device
     #[default]
     Auto,
-    /// Vulkan ray queries, in acceleration structures that the driver builds
+    /// Vulkan ray queries trace rays, in acceleration structures that the driver builds
     RayQuery,
-    /// A bounding volume hierarchy (BVH) that the program builds and compute shaders traverse; it works on every device
+    /// Compute shaders trace rays through a bounding volume hierarchy (BVH) that the program builds; this works on every
+    /// device
     ComputeBvh,
 }
 
@@ -69,9 +70,9 @@ pub enum TexturesArg {
     /// The program chooses by the features of the device and the textures of the scene
     #[default]
     Auto,
-    /// Sampled images, which shaders select by descriptor indexing
+    /// Shaders read textures from sampled images, which they select by descriptor indexing
     Images,
-    /// One storage buffer that contains the texels of all textures
+    /// Shaders read the texels of all textures from one storage buffer
     Buffer,
 }
 
@@ -91,9 +92,9 @@ pub struct VariantArgs {
 }
 
 impl VariantArgs {
-    /// These arguments as a request for a variant of the shaders. A choice that is `None` in the request is left to the
-    /// program. The field `captured`, true if a capture tool records the run, is false here; the session for the tool sets
-    /// it.
+    /// Converts these arguments to a request for a variant of the shaders. The program makes each choice that is `None`
+    /// in the request. The field `captured`, which is true if a capture tool records the run, is false here; the session
+    /// for the tool sets it.
     pub const fn request(&self) -> Request {
         Request {
             tracer: self.tracer.tracer(),

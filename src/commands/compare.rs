@@ -20,8 +20,8 @@ pub struct Args {
     /// Print the errors as one JSON object instead of text; values that are not finite, such as a ratio to black, are null
     #[arg(long)]
     json: bool,
-    /// Write the difference of the pictures: to a .png, the FLIP error of each pixel in the colour map magma (black is no
-    /// error, then violet, orange, and pale yellow at 1); to an .exr, the picture minus the reference
+    /// Write the difference of the pictures to this file: a .png shows the FLIP error of each pixel as a colour, from
+    /// black (no error) over violet and orange to pale yellow (error 1); an .exr contains the picture minus the reference
     #[arg(long, value_name = "FILE.png|FILE.exr")]
     diff: Option<PathBuf>,
     /// Exposure of both pictures for FLIP, in stops: radiance is multiplied by 2 to this power

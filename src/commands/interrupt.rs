@@ -7,9 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::time::{Duration, Instant};
 
-/// The time after the first signal during which further signals are ignored, because they belong to the same request: the
-/// command `timeout` sends one signal to its child and another to the child's process group, and a terminal's Ctrl-C may
-/// reach a process twice.
+/// Further signals within this time after the first one are ignored, because they belong to the same request to stop. For
+/// example, the command `timeout` sends one signal to its child and another to the child's process group, and Ctrl-C in a
+/// terminal may reach a process twice.
 const SAME_REQUEST: Duration = Duration::from_secs(1);
 
 /// Watches for SIGINT and SIGTERM from the creation of this value on. Long work asks it between its steps, so that the

@@ -69,7 +69,8 @@ enum Command {
     Regress(regress::Args),
     /// Print the presets, and every setting with its value, its range and its description.
     Presets(presets::Args),
-    /// Render configurations × scenes × seeds × frames, compare them with references, and test them for bias.
+    /// Render every configuration on every scene with several seeds, compare the frames with references, and test them
+    /// for bias.
     Study(study::Args),
     /// Print the script with which a shell completes commands and options.
     Completions(shell::CompletionsArgs),

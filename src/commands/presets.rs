@@ -10,8 +10,8 @@ use serde_json::json;
 /// The command-line arguments of `headwater presets`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The preset to show, with the values of all settings in it; without it, all presets, and all settings with their
-    /// defaults
+    /// Show only this preset, and the values of all settings in it; without a name, all presets are shown, and all
+    /// settings with their defaults
     name: Option<String>,
     /// Print the presets and settings as one JSON object instead of text
     #[arg(long)]

@@ -181,7 +181,7 @@ fn check_outputs(args: &Args) -> Result<()> {
     check_files(outputs, args.scene.inputs().chain(against))
 }
 
-/// Reads an earlier profile from the JSON file at `path`; an error if the file contains no profile.
+/// Reads an earlier profile from the JSON file at `path`. Returns an error if the file contains no profile.
 fn read(path: &Path) -> Result<Profile> {
     let text = input_files::read_text(path, input_files::MAX_JSON_BYTES)?;
     serde_json::from_str(&text).map_err(|e| {

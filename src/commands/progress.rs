@@ -35,10 +35,10 @@ pub struct Progress {
 
 /// The unit in which the progress of one piece of work is reported.
 enum Steps {
-    /// Steps, such as frames or samples. The number is that of all steps, or `None` if it is unknown; the text is the name
-    /// of the steps in the plural.
+    /// Progress is reported in steps, such as frames or samples. The first field is the number of all steps, or `None` if
+    /// it is unknown; the second field is the name of the steps in the plural.
     Counted(Option<u64>, &'static str),
-    /// Fractions, in [0, 1], of the whole work; the text is the name of the work.
+    /// Progress is reported as the fraction of the whole work that is done, in [0, 1]. The field is the name of the work.
     Fractions(&'static str),
 }
 
@@ -92,8 +92,8 @@ impl Progress {
         }
     }
 
-    /// Reports that `done` steps are done; after [`Self::of_whole`], `done` is the fraction of the work instead. A number of
-    /// steps that is no integer means that a step is done in part.
+    /// Reports that `done` steps are done; a number that is not an integer means that a step is done in part. If this
+    /// value was made by [`Self::of_whole`], `done` is the fraction of the work that is done.
     pub fn at(&self, done: f64) {
         let total = match self.steps {
             Steps::Counted(total, _) => total.map(|total| total as f64),

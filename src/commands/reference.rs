@@ -23,7 +23,7 @@ use resume::resume;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// While a reference is rendered, it is saved after each such number of seconds, so that a crash loses at most the work
+/// The number of seconds between two saves of a reference that is being rendered, so that a crash loses at most the work
 /// of this time. The environment variable `HEADWATER_SAVE_SECONDS` sets another number.
 const SAVE_SECONDS: u64 = 20;
 
@@ -158,8 +158,8 @@ pub fn run(args: &Args) -> Result<()> {
     session.finish()
 }
 
-/// The clause about saved results for the message after a signal: the number of samples per pixel in the first output
-/// file, `samples`, or that nothing was written if it is 0.
+/// A clause for the message after a signal: it states that the first output file keeps `samples` samples per pixel, or,
+/// if `samples` is 0, that nothing was written.
 fn kept(args: &Args, samples: u32) -> String {
     match samples {
         0 => NOTHING_WRITTEN.into(),
@@ -239,9 +239,9 @@ fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
 /// A function that returns one of the four RGB values in a pixel's accumulated sums, which [`PARTS`] lists.
 type Part = fn(&PixelSums) -> Vec3;
 
-/// The four RGB values in a pixel's accumulated sums, each with its name: the sum of radiance, the sum of its square, and
-/// the rounding error of each. The names form those of the EXR channels that `--resume` reads: `sum` is stored in
-/// `resume.sum.R`, `resume.sum.G` and `resume.sum.B`.
+/// The four RGB values in a pixel's accumulated sums, each with its name: the sum of the samples' radiance, the sum of
+/// the squares of their radiance, and the rounding error of each sum. The names form those of the EXR channels that
+/// `--resume` reads: `sum` is stored in `resume.sum.R`, `resume.sum.G` and `resume.sum.B`.
 const PARTS: [(&str, Part); 4] = [
     ("sum", |p| p.sum),
     ("sum_low", |p| p.sum_low),

@@ -44,8 +44,8 @@ pub struct Args {
     /// Write the results of all cases to this file as JUnit XML, which CI systems read
     #[arg(long, value_name = "FILE.xml", conflicts_with = "bless")]
     junit: Option<PathBuf>,
-    /// The folder for the pictures of cases that fail: picture, golden picture and difference; it is created for the first
-    /// of them
+    /// For each case that fails, write the picture, the golden picture and their difference to this folder; it is created
+    /// when the first case fails
     #[arg(short, long, value_name = "FOLDER", default_value = "regress-failures")]
     output: PathBuf,
     /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'

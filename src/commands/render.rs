@@ -19,7 +19,7 @@ pub struct Args {
     /// Output file for the picture, .exr or .png; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Number of frames, with indices from 0; without --accumulate, the last one is written
+    /// Number of frames to render; without --accumulate, only the last one is written
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub(super) frames: u32,
     /// Write the mean of all frames instead of the last frame

@@ -35,15 +35,16 @@ const MANY_TRIANGLES: u64 = 2_000_000;
 /// The purpose of a session. It decides the features with which the Vulkan instance and the device are opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Pictures for files. The device has no features besides those that rendering needs.
+    /// The session renders pictures for files. The device is opened without features that rendering does not need.
     Pictures,
-    /// Frames for a capture tool, which records the Vulkan calls. If the device supports it, it is opened so that it can
-    /// present pictures ([`Presentation`](crate::gpu::Presentation)). It uses no feature that the tool cannot replay.
+    /// The session renders frames for a capture tool, which records the Vulkan calls. If the device supports it, it is
+    /// opened so that it can present pictures ([`Presentation`](crate::gpu::Presentation)). The session uses no feature
+    /// that the tool cannot replay.
     Capture,
-    /// A profile. The driver's compiler reports on each shader, and
+    /// The session measures a profile. If the driver supports it, its compiler reports on each shader, and
     /// [`Records::compiled`](crate::gpu::records::Records::compiled) returns these reports.
     Profile,
-    /// A regression test. The buffers that passes write can be hashed, and
+    /// The session runs a regression test. The buffers that passes write can be hashed, and
     /// [`Records::take_outputs`](crate::gpu::records::Records::take_outputs) returns the hashes.
     Regression {
         /// True if the Vulkan validation layers are loaded, with synchronization validation.
@@ -55,8 +56,8 @@ pub enum Purpose {
 pub struct Session {
     /// All settings, from the preset, `--config` and `--set`; where they are `auto`, the choice for this scene replaces it.
     pub settings: ResolvedSettings,
-    /// The camera, the size of the picture, the seed, the maximum number of scattering events, and the position of rays in
-    /// pixels.
+    /// The camera, the size of the picture, the seed, the maximum number of scattering events, and whether the camera's
+    /// rays go through random points of the pixels.
     pub view: View,
     /// The passes and buffers that render the view, and the accumulated radiance of its samples.
     pub renderer: Renderer,
@@ -308,10 +309,10 @@ impl Session {
         Ok(true)
     }
 
-    /// Adds at most `samples` samples to every pixel, with indices from `first`, and returns the number of added samples. A
-    /// call adds as many as take about 0.3 s, judged by earlier calls, or one if the scene moves; this division changes no
-    /// bit of the sums. `watch` receives the number of samples that this call has finished, with fractions, and can end the
-    /// work by an error.
+    /// Adds at most `samples` samples to every pixel, with indices from `first`, and returns the number of added samples.
+    /// If the scene moves, a call adds one sample; otherwise it adds as many as take about 0.3 s, estimated from earlier
+    /// calls. The division into calls changes no bit of the sums. `watch` receives the number of samples that this call
+    /// has finished, with fractions, and can end the work by an error.
     ///
     /// # Errors
     /// The device fails, the scene cannot be rendered at that frame's time, or the errors of `watch`, after which the sums

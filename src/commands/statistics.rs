@@ -25,17 +25,18 @@ pub struct Args {
     /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
     #[command(flatten)]
     load: LoadArgs,
-    /// The method that traces rays; auto compiles the passes for each one that the device has
+    /// The method that traces rays; with auto, the passes are compiled for each method that the device supports
     #[arg(long, value_enum, default_value_t)]
     tracer: TracerArg,
     /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
-    /// Print one JSON object instead of a table; it lists every pipeline (a pass in one compiled form), the table only the
-    /// worst one of each tracer and pass
+    /// Print one JSON object instead of a table; the object lists every pipeline (a pass in one compiled form), the table
+    /// only the worst pipeline of each tracer and pass
     #[arg(long)]
     json: bool,
-    /// Write the statistics of every pipeline as JSON; statistics of other devices and drivers in the file stay
+    /// Write the statistics of every pipeline to this file as JSON; statistics of other devices and drivers that it
+    /// contains are kept
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
     /// A file that --output has written: fail if a value, such as the number of registers, is worse than in this file
@@ -47,8 +48,8 @@ pub struct Args {
 /// writes the values that the driver's compiler reports, and compares them with the values of the file of `--against`.
 ///
 /// # Errors
-/// Wrong arguments or input, a device whose driver reports nothing, a shader that it rejects, a disk that fails, a signal,
-/// or a value that is worse than the stored one.
+/// Wrong arguments or input, a driver that reports nothing or rejects a shader, a disk that fails, a signal, or a value
+/// that is worse than the stored one.
 pub fn run(args: &Args) -> Result<()> {
     let scenes = match args.scenes.is_empty() {
         true => procedural::list()

@@ -51,7 +51,7 @@ pub struct Args {
     /// Maximum number of scattering events of a path, instead of the value in the plan
     #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
-    /// Use a fourth of the seeds and of the references' samples per pixel: a first look, which proves nothing
+    /// Use a quarter of the seeds and a quarter of the references' samples per pixel, for a preview that proves nothing
     #[arg(long)]
     quick: bool,
     /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
@@ -66,8 +66,8 @@ pub struct Args {
 /// seed, over all its frames. Then judges the results of all runs, writes them to the folder, and prints them.
 ///
 /// # Errors
-/// Wrong arguments or a wrong plan, a device or disk that fails, a signal, a configuration that should be unbiased and is
-/// not, one with rejected values, or one whose seeds do not repeat their pictures.
+/// Wrong arguments or a wrong plan; a device or disk that fails; a signal; or a configuration that is biased although the
+/// plan expects it to be unbiased, that has rejected values, or that gives another picture when a seed is repeated.
 pub fn run(args: &Args) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     let mut plan = Plan::open(&args.plan)?;
@@ -236,8 +236,8 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&instance.validation_messages())
 }
 
-/// The clause about saved results for the message after a signal: that the folder keeps the finished runs, or that
-/// nothing was written.
+/// A clause for the message after a signal: it states that the folder keeps the finished runs, or, if it has no results,
+/// that nothing was written.
 fn kept(folder: &Folder) -> String {
     if !folder.holds_results() {
         return NOTHING_WRITTEN.into();

@@ -32,9 +32,9 @@ macro_rules! declare_contents {
             pub environment_turn: Vec2,
         }
 
-        /// An upper bound of the size of each buffer in bytes. It is known before any tree is built, and decides how shaders
-        /// access the scene. `nodes` is 0, because the number of nodes is known only from the trees; unless a mesh has very
-        /// few triangles, its nodes take fewer bytes than its positions.
+        /// Upper bounds of the sizes of all buffers except `nodes`, in bytes. They are known before any tree is built,
+        /// and decide how shaders access the scene. `nodes` is 0, because the number of nodes is known only from the
+        /// trees; unless a mesh has very few triangles, its nodes take fewer bytes than its positions.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 

@@ -137,8 +137,8 @@ impl Tree {
         }
     }
 
-    /// The nodes, changed for an array that holds several trees: `first_node` is added to the indices of children, and
-    /// `first_primitive` to the indices of primitives.
+    /// The nodes of this tree, prepared for an array that holds several trees: `first_node` is added to the indices of
+    /// children, and `first_primitive` to the indices of primitives.
     pub fn placed(&self, first_node: u32, first_primitive: u32) -> impl Iterator<Item = CwBvhNode> {
         self.nodes.iter().map(move |node| CwBvhNode {
             child_base_idx: node.child_base_idx + first_node,
@@ -156,8 +156,8 @@ pub struct BinaryNode {
     pub low: Vec3,
     /// The largest x, y and z of the node's box, in the space of the input boxes.
     pub high: Vec3,
-    /// The index of the first node in the array that is not a descendant of this node, where a walk continues that skips the
-    /// descendants. For a first child, it is the index of the second child.
+    /// The index in the array of the first node after this one that is not its descendant. A traversal that skips the
+    /// descendants continues there. For a first child, it is the index of the second child.
     pub next: u32,
     /// For a leaf, the index of its box in the input; NONE for an inner node.
     pub primitive: u32,

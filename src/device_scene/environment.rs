@@ -7,9 +7,9 @@ use crate::scene::lights::{AliasTable, luminance};
 use glam::{UVec2, Vec2, Vec4};
 use std::f64::consts::{PI, TAU};
 
-/// The fraction of light samples of the environment that are uniform over the sphere of directions; the others are drawn
-/// in proportion to the radiance of texels. It gives dark texels a probability that 32 random bits can select, so that
-/// light samples miss no part of the environment.
+/// The fraction of light samples of the environment that are uniform over the sphere of directions. The others draw
+/// texels in proportion to their mean luminance times their solid angle. Because of the uniform samples, even a dark
+/// texel has a probability that 32 random bits can represent, so that light samples miss no part of the environment.
 const UNIFORM_FRACTION: f64 = 0.02;
 
 /// The data of the environment for the device. For a scene without an environment, all arrays are empty and the size is

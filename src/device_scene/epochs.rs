@@ -1,5 +1,6 @@
-//! A scene that moves, stored in two epochs, which are the current and the previous frame. Each buffer that depends on
-//! time holds the elements of the current frame, then those of the previous frame.
+//! A scene that moves. The device holds it twice: in its state in the current frame (epoch 0) and in its state in the
+//! previous frame (epoch 1). A buffer that depends on time holds the elements of the current frame, then those of the
+//! previous frame.
 
 use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
@@ -12,7 +13,7 @@ use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};
 
 /// The contents of the buffers that depend on time. Unless its comment states otherwise, each array holds the elements of
-/// the current epoch (frame) and, if something moves, then those of the previous epoch (frame).
+/// the current frame and, if something moves, then those of the previous frame.
 pub struct EpochContents {
     /// The nodes of the trees over the instances: one tree for the current frame and, if something moves, one for the
     /// previous frame. Later the nodes of the meshes' trees, which do not depend on time, are appended.
@@ -37,8 +38,8 @@ pub struct EpochContents {
 
 impl EpochContents {
     /// Assembles the contents from one pose (state of the scene at one time), or from the poses of the current and the
-    /// previous frame. `room` is the number of nodes that are reserved for each pose's tree over the instances. The roots of
-    /// meshes' trees are set as if their nodes follow the last of these trees.
+    /// previous frame. `room` is the number of nodes that are reserved for each pose's tree over the instances. The
+    /// instances refer to the roots of their meshes' trees, whose nodes the caller appends after all reserved nodes.
     pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
@@ -87,8 +88,8 @@ impl EpochContents {
 pub struct MovingScene {
     motion: Motion,
     poser: ScenePoser,
-    /// The number of nodes that are reserved for the tree over the instances in each of the two epochs (current and previous
-    /// frame). It is also the index of the root of the previous frame's tree in the buffer `nodes`.
+    /// The number of nodes that are reserved for the tree over the instances, separately for the current and for the
+    /// previous frame. It is also the index of the root of the previous frame's tree in the buffer `nodes`.
     pub room: usize,
     /// The number of instances in the original scene, before static meshes are merged.
     instance_count: usize,
@@ -101,7 +102,7 @@ pub struct MovingScene {
 /// be updated.
 pub struct PoseChange<'a> {
     /// The pose of the current frame, then the pose of the previous frame. While this guard exists, other threads cannot
-    /// change them; it must exist until the device has been updated.
+    /// change them. The caller keeps it until the device has been updated.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
     /// True if the pose that was current is now the previous one, so that its acceleration structure can be reused.
     pub advanced: bool,

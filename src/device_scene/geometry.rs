@@ -38,8 +38,8 @@ pub struct MeshOffsets {
     pub root_node: u32,
     /// True if every material of the mesh is opaque, so that no ray has to test the alpha of a hit.
     pub opaque: bool,
-    /// The number of the mesh's triangles that emit light at some time. Each instance of the mesh has so many emissive
-    /// triangles in the list of lights.
+    /// The number of the mesh's triangles that emit light at some time. Each instance of the mesh adds that many emissive
+    /// triangles to the list of lights.
     pub lights: u32,
     /// The transform from the stored positions in [`Geometry::positions`] to the mesh's object space. A mesh of extreme size
     /// is stored scaled, and a mesh far from its own origin is stored translated, so that f32 is precise enough. For other
@@ -67,9 +67,9 @@ pub struct Geometry {
     /// 16 bits per channel, from the lowest bits of its first word.
     pub colors: Vec<[UVec2; 3]>,
     /// Three numbers per triangle, for each mesh that has several parts (runs of triangles with one material), emits light,
-    /// or was merged from several meshes. They are the index of the material, the rank among the mesh's emissive triangles
-    /// (NONE if the triangle never emits), and an offset. The offset plus `GpuInstance::id` is the index of the scene's
-    /// instance.
+    /// or was merged from several meshes. The first number is the index of the triangle's material. The second is the
+    /// triangle's rank among the mesh's emissive triangles, or NONE if it never emits. The third is an offset: added to
+    /// `GpuInstance::id`, it gives the index of the original scene's instance to which the triangle belongs.
     pub parts: Vec<UVec3>,
     /// The eight-wide nodes of the trees over all meshes' triangles; empty if the driver builds the trees, for ray queries.
     /// Indices of child nodes count from the start of this array, and indices of triangles from the start of `positions`.
@@ -223,12 +223,12 @@ impl Geometry {
     }
 }
 
-/// The limit of the size of a mesh that is stored without a scale: the longest side of its box is at least 2⁻⁴⁰ and below
-/// 2⁴⁰, in units of the mesh. Products of two such coordinates stay within the range of f32 without losing digits.
+/// A mesh is stored without a scale if the longest side of its box is at least 1 / `ORDINARY` (2⁻⁴⁰) and below `ORDINARY`
+/// (2⁴⁰), in units of the mesh. Products of two such coordinates stay within the range of f32 without losing digits.
 const ORDINARY: f32 = (1_u64 << 40) as f32;
 
-/// The length, in units of the mesh, that is stored as 1. It is a power of two, and 1 unless products of two coordinates
-/// could leave the range of f32. `extent` is the longest side of the box around the mesh, in units of the mesh.
+/// The length, in units of the mesh, that is stored as 1. It is 1 for most meshes. For a mesh of extreme size ([`ORDINARY`])
+/// it is a power of two near `extent`, the longest side of the box around the mesh.
 fn unit_of(extent: f32) -> f32 {
     if (ORDINARY.recip()..ORDINARY).contains(&extent) {
         return 1.0;

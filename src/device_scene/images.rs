@@ -5,8 +5,8 @@ use crate::gpu::{Device, DeviceInfo, SampledImage};
 use crate::scene::Scene;
 use std::sync::Arc;
 
-/// The number of bindings in a pass that are reserved for resources other than images. The device limits the sum of images
-/// and other resources, so a larger value allows scenes with fewer images.
+/// The number of bindings of a pass that are kept free for resources other than images. The device limits the number of
+/// images and other resources together, so a larger value lowers the number of images that a scene may have.
 const OTHER_BINDINGS: u64 = 64;
 
 /// The count and the largest sizes of a scene's images, which are compared with the device's limits before the upload.
@@ -35,8 +35,9 @@ impl ImageSizes {
         }
     }
 
-    /// A phrase, for reports and errors, about the first limit of the device that the images exceed: on their number, the
-    /// longest side, or the bytes of one image. `None` if they exceed no limit, so that shaders can sample them.
+    /// Describes the first limit of the device that the images exceed, as a phrase for reports and errors. The limits apply
+    /// to the number of images, the longest side of an image, and the bytes of one image. `None` if the images exceed no
+    /// limit, so that shaders can sample them.
     pub(super) fn excess(&self, device: &DeviceInfo) -> Option<String> {
         let most = u64::from(device.max_sampled_images).saturating_sub(OTHER_BINDINGS);
         if self.count > most {

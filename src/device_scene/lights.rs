@@ -42,21 +42,22 @@ pub struct Lights {
     pub triangles: Vec<GpuLight>,
     /// The punctual lights in the device's world space.
     pub punctual: Vec<GpuPunctualLight>,
-    /// The alias table that selects a light in proportion to its power, apart from the fraction [`UNIFORM_FRACTION`] of
-    /// draws. It has one column per light of all kinds: triangles, then punctual lights, then the environment.
+    /// The alias table that selects a light in proportion to its power. In the fraction [`UNIFORM_FRACTION`] of draws, all
+    /// lights that have power are equally likely instead. The table has one column per light of all kinds: triangles, then
+    /// punctual lights, then the environment.
     pub choices: Vec<GpuLightChoice>,
     /// The alias table over all lights that draws ordinary candidates. Rare lights (far dimmer than the others) have the
     /// probability 0 in it, because separate candidates are drawn from them. Empty if no light is rare.
     pub common_choices: Vec<GpuLightChoice>,
     /// The alias table over all lights that draws the separate candidates of rare lights (far dimmer than the others). All
-    /// rare emitters are equally likely, however many triangles they have, and other lights have the probability 0. Empty if
-    /// no light is rare.
+    /// rare emitters that have power now are equally likely, however many triangles they have. Other lights have the
+    /// probability 0. Empty if no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
     /// One flag per light of all kinds: true if the light is rare, that is, far dimmer than the others. Empty if no light is
     /// rare.
     pub rare: Vec<bool>,
-    /// The power of each light of all kinds, divided by π, in the device's units. Distant lights (directional lights and the
-    /// environment) are scaled down so that their sum does not exceed the sum of all other lights.
+    /// The power of each light of all kinds, divided by π, in the device's units. The powers of distant lights (directional
+    /// lights and the environment) are scaled down so that their sum is at most the sum of the powers of all other lights.
     pub powers: Vec<f64>,
     /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance; 0
     /// if none of them has power. The light that a pixel's first BSDF ray finds is measured relative to it.
@@ -203,8 +204,9 @@ impl LightSources {
 }
 
 /// Scales the powers of distant lights (directional lights and the environment) down, if needed, so that their sum is at
-/// most the sum of all other lights. Distant lights then get at most half of the candidates. It is unknown which fraction of
-/// their light arrives, for example in a room with windows. If the other lights have no power, nothing changes.
+/// most the sum of the powers of all other lights. Distant lights then get at most half of the candidates, because it is
+/// unknown which fraction of their light arrives, for example in a room with windows. If the other lights have no power,
+/// nothing changes.
 fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     let (mut near, mut far) = (0.0, 0.0);
     for (index, power) in powers.iter().enumerate() {
@@ -253,9 +255,8 @@ fn gpu_light(light: &LightTriangle, material: &Material, units: &Units) -> GpuLi
     }
 }
 
-/// The minimum difference between the squared distances that belong to a spot's outer and inner angle. The squared distance
-/// of an angle is that between two unit vectors that enclose the angle. The falloff of the spot is computed with a division
-/// by the difference, and the minimum keeps it finite at a sharp edge.
+/// The smallest divisor in the computation of a spot's falloff. For the outer angle a and the inner angle b, the divisor is
+/// 4 sin²(a/2) − 4 sin²(b/2). It would be 0 for a spot with a sharp edge (a = b); the minimum keeps the falloff finite.
 const SHARPEST: f64 = 1e-30;
 
 fn gpu_punctual(light: &PunctualLight, units: &Units) -> GpuPunctualLight {

@@ -18,9 +18,9 @@ pub struct Materials {
     pub textures: Vec<GpuTexture>,
     /// For each material, the index of its emissive texture in `textures`; NONE for a material without one.
     emissive: Vec<u32>,
-    /// A table of 256 words, the linear value of each sRGB byte as the bits of an f32, and then the texels of all images.
-    /// The table is left out if no material has a texture, and the texels are left out if shaders sample images instead of
-    /// reading this buffer.
+    /// The words of the buffer `texels`: first a table of 256 words, then the texels of all images. The table has the linear
+    /// value of each sRGB byte, as the bits of an f32; it is left out if no material has a texture. The texels are left out
+    /// if shaders sample images instead of reading this buffer.
     pub texels: Vec<u32>,
 }
 
@@ -128,8 +128,8 @@ fn least_coverage(material: &Material, cutoff: f32) -> f32 {
 }
 
 /// Converts a material to the form that shaders read, with NONE for each of its textures. `radiance` is the radiance, in the
-/// scene's unit, that is stored as 1 on the device. The base colour of an unlit material is divided by it, because this
-/// colour is a radiance.
+/// scene's unit, that is stored as 1 on the device. The base colour of an unlit material is a radiance, and is therefore
+/// divided by `radiance`.
 pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {

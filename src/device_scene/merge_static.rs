@@ -8,8 +8,8 @@ use crate::scene::{Instance, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec4};
 use std::borrow::Cow;
 
-/// The scene as rays see it, after static meshes are merged, with the data that map its instances back to the original
-/// scene.
+/// The scene in which rays are traced, after static meshes are merged, with the data that map its instances back to the
+/// original scene.
 pub struct TracedScene<'a> {
     /// The scene that is traced. Its last meshes and instances are the merged ones; each merged mesh has one instance.
     pub scene: Cow<'a, Scene>,
@@ -17,8 +17,8 @@ pub struct TracedScene<'a> {
     /// parts come from several original instances.
     pub instance_ids: Vec<u32>,
     /// For each traced mesh, one number per part (run of triangles with one material); empty for a mesh that is not merged.
-    /// The number plus the instance's entry in `instance_ids` is the index of the original instance to which the part
-    /// belongs.
+    /// The number plus the entry of the mesh's instance in `instance_ids` is the index of the original instance to which the
+    /// part belongs.
     pub part_ids: Vec<Vec<u32>>,
     /// One entry per material of the scene: true if it emits light at some time.
     pub emitter_materials: Vec<bool>,
@@ -91,8 +91,8 @@ pub struct ElementCounts {
     pub punctual_lights: u64,
     /// The number of texels in the image of the environment; 0 for a scene without an environment.
     pub environment_texels: u64,
-    /// The number of epochs (frames) whose instances and lights are stored: 2, the current and the previous frame, if
-    /// something moves; otherwise 1.
+    /// The number of frames whose instances and lights are stored at the same time, also called epochs. It is 2, for the
+    /// current and the previous frame, if something moves; otherwise 1.
     pub epochs: u64,
     /// The number of stored transforms from the current to the previous frame: one per instance, counted before merging, if
     /// something moves; otherwise 0.

@@ -42,11 +42,11 @@ struct TracedInstance {
 pub struct ScenePose {
     /// The time of the pose in seconds.
     pub time: f64,
-    /// All traced instances (after static meshes are merged) with their transforms. `root_node` counts from the root of the
-    /// first mesh's tree, before which the device's buffer has the trees over the instances.
+    /// All traced instances (after static meshes are merged) with their transforms. `root_node` is an index into
+    /// [`Geometry::nodes`]. In the device's buffer, the trees over the instances stand before these nodes.
     pub instances: Vec<GpuInstance>,
-    /// The indices in `instances` of all instances that can be seen. An instance is left out if its transform flattens it to
-    /// a plane, a line or a point.
+    /// The indices in `instances` of all instances that rays can hit. An instance is left out if its transform flattens it
+    /// to a plane, a line or a point.
     pub visible: Vec<u32>,
     /// The tree over the boxes of the instances in `visible`, for tracing in compute; it is empty if the driver builds its
     /// own tree for ray queries.

@@ -21,8 +21,9 @@ const SAME: f64 = 1.0 - 1e-6;
 
 /// The classification of a scene's lights into rare lights (far dimmer than the others) and ordinary ones.
 pub struct RareLights {
-    /// For each light, the index of its emitter, such as all triangles that one instance has of one material. The lights of
-    /// an emitter are either all rare or all ordinary, so that small triangles of a bright emitter are not rare.
+    /// For each light, the index of its emitter. For example, all triangles of one material in one instance are one emitter.
+    /// The lights of an emitter are either all rare or all ordinary, so that small triangles of a bright emitter are not
+    /// rare.
     emitters: Vec<usize>,
     /// One entry per light: true if it is rare. It does not change with time. Otherwise a reservoir of an earlier frame
     /// could hold a light that has separate candidates now.
@@ -72,8 +73,8 @@ impl RareLights {
     }
 
     /// One weight per light, in proportion to which the separate candidates of rare lights select the light; 0 for a light
-    /// that is not rare. The weights of each rare emitter add up to 1, and are in proportion to the current `powers` of its
-    /// lights.
+    /// that is not rare. The weights of the lights of one rare emitter are in proportion to their current `powers`. They add
+    /// up to 1, or are all 0 if the emitter has no power now and another rare emitter has.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
@@ -85,8 +86,9 @@ impl RareLights {
         fractions.collect()
     }
 
-    /// One weight per light. If `rare` is true, the weight of a rare light is its power, and that of an ordinary light is 0;
-    /// if `rare` is false, the reverse. If none of the lights that get their power has any now, each of these lights gets 1.
+    /// One weight per light. If `rare` is true, the weight of a rare light is its power, and that of an ordinary light is 0.
+    /// If `rare` is false, the weight of an ordinary light is its power, and that of a rare light is 0. But if all weights
+    /// would be 0, the lights whose weight is their power get the weight 1.
     fn weights_among(&self, powers: &[f64], rare: bool) -> Vec<f64> {
         let lights = || self.is_rare.iter().zip(powers);
         let is_lit = lights().any(|(is_rare, power)| *is_rare == rare && *power > 0.0);

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// The acceleration structures of a scene: one bottom-level structure per mesh, one top-level structure over the instances
 /// and, if something moves, a second one over the instances as they were in the previous frame.
 pub struct RayQueryScene {
-    /// The top-level structures: two if something moves, which take turns as that of the current and that of the previous
-    /// frame; otherwise one.
+    /// The top-level structures. If something moves, there are two, one for the current and one for the previous frame,
+    /// which exchange these roles in each new frame. Otherwise there is one.
     tops: Vec<AccelerationStructure>,
     /// The index in `tops` of the structure of the current frame.
     current: AtomicUsize,

@@ -214,7 +214,8 @@ impl GpuScene {
     }
 
     /// The lights as they are in the current pose, and the time of this pose in seconds. `known` is the time of the lights
-    /// that the caller has already. `None` if the pose has that time, or if no instance and no light changes with time.
+    /// that the caller has already. Returns `None` if it is the time of the pose, or if no instance and no light changes
+    /// with time.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -231,8 +232,8 @@ impl GpuScene {
     }
 
     /// Draws `count` points on the surfaces in the current pose, uniformly by area, in the device's units. The light BVH
-    /// chooses its scale from such points, and the hash grid of reservoirs is filled at such points in its published form.
-    /// The result is empty if the surfaces have no area.
+    /// chooses its scale from such points. The published form of the hash grid is filled with reservoirs at such points. The
+    /// result is empty if the surfaces have no area.
     ///
     /// # Errors
     /// The buffers cannot be read from the device.

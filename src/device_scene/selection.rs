@@ -58,10 +58,10 @@ const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device"
 
 /// Selects the shader variant for a scene on a device.
 ///
-/// A CPU device traces in compute, because its ray queries are much slower. Buffers are accessed by address where the device
-/// allows it, because the size of a bound buffer is limited. The exceptions are drivers on which addresses were measured to
-/// be slow (processor time of path tracing `cornell-glossy` and `night-city`); they use bindings, if these can hold each
-/// buffer of the scene.
+/// Without requests, these rules hold. A CPU device traces in compute, because its ray queries are much slower. Buffers are
+/// accessed by address if the device allows it, because the size of a bound buffer is limited. Drivers on which addresses
+/// were measured to be slow (by the processor time of path tracing `cornell-glossy` and `night-city`) are an exception: they
+/// use bindings, if these can hold each buffer of the scene.
 ///
 /// # Errors
 /// A request cannot be met: ray queries or buffer addresses on a device without them, storage buffers for a scene that is

@@ -19,9 +19,9 @@ const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.r
 /// generated from Rust are not in this list.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// The SPIR-V words of the pass `name` in a variant. They are embedded in the program. The pass is compiled instead if
-/// `HEADWATER_GLSL` names a folder of sources, or if `HEADWATER_SHADER_DEBUG` requests the source lines that profilers and
-/// debuggers show.
+/// The SPIR-V words of the pass `name` in a variant. Usually they are taken from the program, in which all passes are
+/// embedded. But the pass is compiled if `HEADWATER_GLSL` names a folder of sources, or if `HEADWATER_SHADER_DEBUG` requests
+/// the source lines that profilers and debuggers show.
 ///
 /// # Errors
 /// The folder cannot be read or lacks the shader, the shader does not compile, or no pass with this name is embedded.

@@ -20,9 +20,9 @@ const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;
 /// The maximum number of emissive triangles in the world. A reservoir stores the index of its light in 29 bits.
 const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
 
-/// The host memory, in bytes, that an emissive triangle takes while a scene is uploaded. It is the triangle in object space
-/// and in world space, its data for shaders (twice, because those for time 0 are stored too), its column of the alias table,
-/// and eight numbers of 64 bits, such as powers.
+/// The host memory, in bytes, that an emissive triangle takes while a scene is uploaded. It consists of the triangle in
+/// object space and in world space, its data for shaders (twice: for time 0 and for the current pose), its column of the
+/// alias table, and eight numbers of 64 bits, such as powers.
 const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
     + size_of::<LightTriangle>()
     + 2 * (size_of::<GpuLight>() + size_of::<GpuLightChoice>())
@@ -56,8 +56,8 @@ impl SceneSizes {
         }
     }
 
-    /// The name and the size in bytes of the largest of the buffers for whose name `counts` returns true; an empty name and
-    /// 0 if there is no such buffer.
+    /// The largest buffer among those for whose names `counts` returns true: its name, and its size in bytes. An empty name
+    /// and 0 if there is no such buffer.
     pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
         let counted = buffers.filter(|(name, _)| counts(name));

@@ -4,10 +4,10 @@ use crate::scene::bounds::{exponent, usual_size};
 use crate::scene::{Bounds, Environment, PunctualLight, Scene};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// The origin and the units of length and radiance in which a scene is stored on the device. Both units are powers of two,
-/// so that conversion rounds nothing. In these units the brightest light has a radiance of 1 to 2, and an instance typically
-/// has a size around 1. With other units, products such as radiance × area could leave the range of f32, in scenes that are
-/// both far and dim or both near and bright.
+/// The origin and the units of length and radiance in which a scene is stored on the device. In these units the brightest
+/// light has a radiance of 1 to 2, and an instance typically has a size around 1. In units that do not fit the scene,
+/// products such as radiance × area could leave the range of f32. Both units are powers of two, so that dividing by them
+/// rounds nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
     /// The point of the world, in scene units, that becomes zero on the device; it is usually the camera's position. f32 is
@@ -19,8 +19,8 @@ pub struct Units {
     pub radiance: f64,
 }
 
-/// The largest power of two that a coordinate on the device may reach; coordinates stay below twice this value. The limit
-/// keeps squares of coordinates within the range of f32.
+/// The largest power of two that a coordinate on the device may reach. Coordinates that are no powers of two may be larger,
+/// but stay below twice this value. Their squares are then within the range of f32.
 const FARTHEST: f64 = (1_u64 << 50) as f64;
 
 impl Units {

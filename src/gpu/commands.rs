@@ -8,9 +8,9 @@ use std::ffi::CString;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// One command buffer with the objects that run it once: fence, timestamps and descriptor pools. The caller keeps the
-/// resources of the commands alive until the submission; from then on, dropping a resource waits for the commands
-/// ([`Device::wait_before_drop`]).
+/// One command buffer with the objects that are needed to run it once: fence, timestamps and descriptor pools. Until the
+/// submission, the caller keeps the resources that the commands use alive. From then on, dropping such a resource waits for
+/// the commands ([`Device::wait_before_drop`]).
 pub(super) struct Commands {
     pub(super) device: Arc<Device>,
     /// Descriptor pools of the recorded commands, one per recorded pass. They are destroyed after the commands have
@@ -114,7 +114,7 @@ impl Commands {
     }
 
     /// Marks the submission as the end of the frame with the index `index`; the image `picture` shows this frame. Capture
-    /// tools find frames by such marks. On a device without `VK_EXT_frame_boundary` the mark has no effect.
+    /// tools find frames by such marks. The mark has no effect if [`Device::ends_frames`] is false.
     pub(super) fn ends_frame(&mut self, index: u32, picture: vk::Image) {
         self.frame_end = Some((index, picture));
     }
@@ -134,7 +134,8 @@ impl Commands {
     }
 
     /// Submits all commands, waits for them, and returns the time that each timed region (usually one pass) took on the
-    /// device, in the order of recording. The list is empty on a device without timestamps.
+    /// device, in the order of recording. Regions after the first [`MAX_TIMED_REGIONS`] have no times. The list is empty on
+    /// a device without timestamps.
     ///
     /// # Errors
     /// The device is lost or out of memory.

@@ -31,12 +31,13 @@ pub struct Features {
     pub presentation: bool,
     /// Records statistics of the driver's compiler about each pipeline ([`CompilerReport`](super::CompilerReport)).
     pub executable_properties: bool,
-    /// Not a feature of the driver: the device only compiles pipelines. Buffers have no memory and read as zeros, and no
-    /// command runs. So the compiler of a driver can be used on a machine without the driver's GPU.
+    /// Makes a device that only compiles pipelines: buffers have no memory and read as zeros, and no command runs. So the
+    /// compiler of a driver can be used on a machine without the driver's GPU. The driver itself need not support anything
+    /// for this.
     pub compiles_only: bool,
-    /// Not a feature of the driver: the buffers that passes write can be hashed for regression tests
-    /// ([`Device::hash_outputs`]). Every buffer begins with zeros, so that bytes that no pass writes do not change the
-    /// hashes.
+    /// Allows the buffers that passes write to be hashed for regression tests ([`Device::hash_outputs`]). Every buffer
+    /// begins with zeros, so that bytes that no pass writes do not change the hashes. The driver itself need not support
+    /// anything for this.
     pub hashed_outputs: bool,
 }
 
@@ -89,9 +90,9 @@ impl Device {
 
     /// Opens the physical device `info` with `features`.
     ///
-    /// If the validation layers are loaded, no other thread may use Vulkan while a device is opened or closed. The layers
-    /// (1.3.239) keep their devices in a map without a lock. A change of the map while another thread looks a device up
-    /// damages the heap.
+    /// If the validation layers are loaded, the caller ensures that no other thread uses Vulkan while a device is opened or
+    /// closed. The layers (1.3.239) keep their devices in a map without a lock. A change of the map while another thread
+    /// searches it damages the heap.
     ///
     /// # Errors
     /// The device lacks one of the features, the driver cannot open it, its memory allocator cannot be made, or the host
@@ -299,7 +300,7 @@ impl Device {
     }
 
     /// Opens a debug label with the text `name` in the queue, and ends it when the returned value is dropped. Capture tools
-    /// and profilers show the label around all submissions between these two moments.
+    /// and profilers show the label around all submissions between the call and the drop.
     pub fn label(self: &Arc<Self>, name: &str) -> Label {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
@@ -357,7 +358,7 @@ impl Device {
         ))
     }
 
-    /// Frees the memory of a buffer or an image. `None`, an object without memory, has no effect.
+    /// Frees the memory of a buffer or an image. Does nothing for `None`, which stands for an object without memory.
     pub(super) fn free(&self, allocation: Option<Allocation>) {
         if let (Some(allocation), Ok(mut allocator)) = (allocation, self.allocator.lock()) {
             let _ = allocator.free(allocation);

@@ -9,15 +9,16 @@ pub(super) const TEXEL_SIZE: u64 = 16;
 /// Drivers that need special treatment, such as access to the buffers of a scene by bindings instead of by address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverKind {
-    /// Mesa's Vulkan driver for the CPU, also called lavapipe. Before Mesa 25, it may end the loops of an invocation after a
-    /// number of iterations.
+    /// The device runs on Mesa's Vulkan driver for the CPU, llvmpipe (also called lavapipe). Before Mesa 25, the driver may
+    /// end the loops of an invocation after a number of iterations.
     Llvmpipe {
         /// Major version of Mesa. It is 0, and counts as an old version, if the driver does not report it.
         mesa: u32,
     },
-    /// Google's Vulkan driver for the CPU. It is slower with buffer addresses than with bindings.
+    /// The device runs on SwiftShader, Google's Vulkan driver for the CPU. It is slower with buffer addresses than with
+    /// bindings.
     SwiftShader,
-    /// Any other driver, without special treatment.
+    /// The device runs on any other driver, which needs no special treatment.
     Other,
 }
 
@@ -92,8 +93,8 @@ pub struct DeviceInfo {
     pub max_storage_buffers: u32,
     /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels.
     pub max_texels: u32,
-    /// The maximum number of images and buffers together that one pass can bind if it samples images. A scene with too many
-    /// images for this limit has its textures in one buffer, and no images.
+    /// The maximum number of images and buffers together that one pass can bind if it samples images. If a scene has too
+    /// many images for this limit, all its textures are stored in one buffer instead of images.
     pub max_sampled_images: u32,
     /// The maximum width and height of an image, in texels.
     pub max_image_side: u32,

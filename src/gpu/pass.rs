@@ -11,23 +11,25 @@ use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A resource that can be bound to a shader, with the access that the shader has to it: reading, or also writing.
+/// A resource to bind to a shader. The variant states the kind of the resource, and for a buffer whether the shader may
+/// write it.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
-    /// A buffer that the shader only reads. The shader's declaration decides how it reads: as a storage buffer, or as texels
-    /// of four `uint`s. Only a buffer that was made with [`Usage::texels`](super::Usage::texels) can be read as texels.
+    /// The shader only reads this buffer. The declaration in the shader decides how it reads: as a storage buffer, or as
+    /// texels of four `uint`s. Only a buffer that was made with [`Usage::texels`](super::Usage::texels) can be read as
+    /// texels.
     Read(&'a Buffer),
-    /// A storage buffer that the shader may read and write. The shader must not declare it `readonly`.
+    /// The shader may read and write this storage buffer. It must not be declared `readonly` in the shader.
     Write(&'a Buffer),
-    /// A buffer that the shader reads as a uniform block.
+    /// The shader reads this buffer as a uniform block.
     Uniform(&'a Buffer),
-    /// A buffer that the shader reads as texels of four `uint`s. It must have been made with
+    /// The shader reads this buffer as texels of four `uint`s. The buffer must have been made with
     /// [`Usage::texels`](super::Usage::texels).
     Texels(&'a Buffer),
-    /// The images for the shader's array of sampled images: entry i of the slice is image i in the shader. Their number must
-    /// be the one that was given to [`ComputePass::with_images`].
+    /// The shader reads these images through its array of sampled images, in which image i of the slice has the index i. The
+    /// number of images must be the one that was given to [`ComputePass::with_images`].
     Images(&'a [SampledImage]),
-    /// A top-level acceleration structure, in which the shader traces rays.
+    /// The shader traces rays in this top-level acceleration structure.
     AccelerationStructure(&'a AccelerationStructure),
 }
 
@@ -47,9 +49,9 @@ pub trait Bindings<'a> {
 }
 
 /// Declares a structure whose fields are the bindings of a pass. `read NAME`, `write NAME` and `uniform NAME` are buffers
-/// that the shader must use. `[offers NAME: GROUP]` is a reference to a `GROUP`, whose method `resources` returns further
-/// bindings; the shader uses those that it names. `[optional read NAME]` is a buffer that may be `None` if the specialised
-/// shader does not use its binding.
+/// that the shader must use. `[offers NAME: GROUP]` is a reference to a `GROUP`. The group's method `resources` returns
+/// further resources with their names; those whose names the specialised shader uses are bound. `[optional read NAME]` is a
+/// buffer that may be `None` if the specialised shader does not use its binding.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -166,7 +168,7 @@ impl ComputePass {
     }
 
     /// True at the first call and false at all later ones. [`Recording::pass`](super::Recording::pass) calls it once per run
-    /// of the pass, so that times of first runs, in which some drivers still compile, can be told from others.
+    /// of the pass. The times of first runs are marked in this way, because some drivers still compile during a first run.
     pub(super) fn is_first_run(&self) -> bool {
         !self.has_run.swap(true, Ordering::Relaxed)
     }

@@ -143,9 +143,10 @@ impl Presentation {
         self.begins_with_blue
     }
 
-    /// Presents a picture as the end of the frame with index `frame`, which `VK_EXT_frame_boundary` tells to capture tools.
-    /// `pixels` has one 32-bit word per pixel, row by row from the top; [`Self::begins_with_blue`] tells the order of the
-    /// channels in a word. The call waits until the pixels are copied, not until they are presented.
+    /// Presents a picture, which ends the frame with the index `frame`. If the device has `VK_EXT_frame_boundary`, capture
+    /// tools learn the index from this extension. `pixels` has one 32-bit word per pixel, row by row from the top;
+    /// [`Self::begins_with_blue`] tells the order of the channels in a word. The call waits until the pixels are copied, not
+    /// until they are presented.
     ///
     /// # Errors
     /// `pixels` has fewer pixels than a picture, or the device or the swapchain fails.

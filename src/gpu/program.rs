@@ -39,8 +39,8 @@ pub(super) struct Program {
     pub set: vk::DescriptorSetLayout,
     /// The Vulkan layout of the pipeline: descriptor set 0 and the push constants.
     pub layout: vk::PipelineLayout,
-    /// The compute pipeline. It is null if the device only compiles, and has compiled the same SPIR-V for a pass of the same
-    /// name before: such a device runs no pipeline.
+    /// The compute pipeline. A device that only compiles runs no pipeline; there it is null if the same SPIR-V was compiled
+    /// before for a pass of the same name.
     pub pipeline: vk::Pipeline,
 }
 
@@ -106,8 +106,8 @@ impl Program {
     }
 
     /// Makes the pipeline of the pass `name` from SPIR-V words, and adds the driver's result (compile time and report) to
-    /// the device's records. A device that only compiles looks for an earlier result for the same words and pass; if there
-    /// is one, it adds this result again, and makes no pipeline.
+    /// the device's records. A device that only compiles does not compile the same words twice for one pass name: it adds
+    /// the earlier result to the records again, and makes no pipeline.
     fn compile(&mut self, name: &str, words: &[u32]) -> std::result::Result<(), vk::Result> {
         let device = &self.device;
         device.records.note_shader(size_of_val(words) as u64);
@@ -176,8 +176,8 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
     }
 }
 
-/// Returns an error, which names the pass `name`, if `bindings` has more storage buffers than the device allows for one
-/// shader.
+/// Returns an error if `bindings` has more storage buffers than the device allows for one shader. `name` is the name of the
+/// pass, for the message.
 fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> {
     let storage = bindings
         .iter()

@@ -105,14 +105,14 @@ impl Recorder {
 pub struct PassTime {
     /// Name of the pass or of another timed region, such as `present`.
     pub name: String,
-    /// Time between the timestamps at the start and at the end of the run, in milliseconds; in a sum, of all runs together.
+    /// Time on the device from the start to the end of the run, in milliseconds. In a sum, it is the total of all runs.
     pub milliseconds: f64,
     /// Time from the first timestamp of the submission (the commands that were submitted together) to the start of the run,
     /// in milliseconds. In a sum, it is the start of the first run.
     #[serde(skip)]
     pub start: f64,
-    /// True if this is the first run of the pass; in a sum, true if one of the runs is. Some drivers compile a pass only at
-    /// its first run, so the time can contain the compilation.
+    /// True if this is the first run of the pass. In a sum, it is true if one of the runs is the first. Some drivers compile
+    /// a pass only at its first run, so the time can contain the compilation.
     #[serde(skip)]
     pub first_run: bool,
 }

@@ -1,4 +1,4 @@
-//! A sequence of passes: recorded, submitted together, then waited for.
+//! A recording: a sequence of passes that are recorded, submitted together, and then waited for.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
@@ -322,7 +322,7 @@ mod tests {
     use super::*;
     use crate::gpu::{DeviceInfo, Features, Instance, InstanceOptions, Usage};
 
-    /// A missing barrier between two writes causes a message: synchronization validation is on, and its messages reach the
+    /// If the barrier between two writes is missing, synchronization validation reports it, and the message reaches the
     /// test.
     #[test]
     fn a_planted_hazard_is_caught() {

@@ -60,7 +60,7 @@ pub struct Records {
 
 impl Records {
     /// Total size in bytes of the SPIR-V of all pipelines made so far, after specialisation and removal of dead code. It
-    /// shows how much a change of shaders gives the driver to compile.
+    /// shows how a change of shaders changes the amount of code that the driver must compile.
     pub fn shader_bytes(&self) -> u64 {
         self.shaders.load(Ordering::Relaxed)
     }

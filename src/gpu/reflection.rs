@@ -11,20 +11,20 @@ use std::collections::HashMap;
 /// resource of another kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
-    /// A storage buffer, which the shader reads and, unless it is declared `readonly`, may write.
+    /// The binding needs a storage buffer. The shader reads it, and may write it unless the buffer is declared `readonly`.
     Storage {
         /// False if the shader declares the buffer, or every member of it, `readonly`. Such a buffer must be bound as
         /// [`Resource::Read`](super::Resource::Read), any other one as [`Resource::Write`](super::Resource::Write).
         writes: bool,
     },
-    /// A uniform buffer, which the shader only reads.
+    /// The binding needs a uniform buffer, which the shader only reads.
     Uniform,
-    /// A uniform texel buffer, which the shader only reads, texel by texel.
+    /// The binding needs a uniform texel buffer, which the shader reads texel by texel.
     Texels,
-    /// An array of sampled 2D images without a declared length. The number of images that must be bound is the argument
-    /// `image_count` of [`ComputePass::with_images`](super::ComputePass::with_images).
+    /// The binding needs an array of sampled 2D images. The shader does not declare its length; the argument `image_count`
+    /// of [`ComputePass::with_images`](super::ComputePass::with_images) is the number of images that must be bound.
     Images,
-    /// A top-level acceleration structure, in which the shader traces rays.
+    /// The binding needs a top-level acceleration structure, in which the shader traces rays.
     AccelerationStructure,
 }
 
@@ -348,8 +348,8 @@ impl Reflection {
         all.any(|i| i.operands.iter().any(|o| o.id_ref_any() == Some(constant)))
     }
 
-    /// Size in bytes of the type with the SPIR-V id `type_id` under the scalar layout, for push constants; 0 for an unknown
-    /// id.
+    /// The size in bytes that a type of the push constants has under the scalar layout. `type_id` is the SPIR-V id of the
+    /// type; the size is 0 if the id is unknown.
     fn struct_size(&self, type_id: u32) -> u32 {
         let Some(instruction) = self.instruction(type_id) else {
             return 0;

@@ -1,5 +1,5 @@
-//! Specialisation of shaders before the driver sees them: specialisation constants become ordinary constants, and
-//! expressions of constants become their results, as far as `fold` knows their operations.
+//! Specialisation of shaders before the driver compiles them. Specialisation constants become ordinary constants, and an
+//! expression of constants is replaced by its result if `fold` can compute it.
 //!
 //! Drivers can specialise shaders themselves. But SwiftShader's optimiser keeps the code behind a condition that is a
 //! specialisation constant, and compiles all of it: the passes of the preset `accurate` took 12 minutes instead of 6
@@ -95,8 +95,9 @@ fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>
     words.collect()
 }
 
-/// The result of an operation on booleans (0 or 1) or unsigned 32-bit integers. `None` for an operation that Headwater's
-/// shaders do not need to be computed here; it then stays in the shader, and the driver computes it.
+/// The result of an operation on booleans (0 or 1) or unsigned 32-bit integers. `None` if this function does not know the
+/// operation, because no shader of Headwater needs it here. The operation then stays in the shader, and the driver computes
+/// it.
 pub(super) fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
     let result = match (operation, operands) {
         (Op::LogicalNot, [a]) => u32::from(*a == 0),

@@ -14,12 +14,12 @@ use std::path::Path;
 /// Name of the attribute in the EXR header that holds the metadata of the picture, as one JSON object.
 const METADATA: &str = "headwater";
 
-/// The maximum number of pixels (width × height) of a picture that is read; a file whose header claims more is refused.
+/// The maximum number of pixels (width × height) of a picture that is read. A file whose header states more is refused.
 const MAX_PIXELS: usize = 1 << 30;
 
-/// Upper bound on the compression ratio of an EXR file: the number of uncompressed bytes per byte of the file. A file whose
-/// header claims more is refused before memory is allocated for it. Deflate reaches 1032; PXR24 reaches 4/3 of that, because
-/// it first drops one of four bytes. RLE, PIZ and B44 stay below.
+/// Upper bound on the compression ratio of an EXR file: the number of uncompressed bytes per byte of the file. If a file
+/// would need a higher ratio for the picture that its header describes, it is refused before memory is allocated. Deflate
+/// reaches 1032; PXR24 reaches 4/3 of that, because it first drops one of four bytes. RLE, PIZ and B44 stay below.
 const MAX_COMPRESSION_RATIO: usize = 1400;
 
 pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
@@ -121,9 +121,9 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
     Ok(image)
 }
 
-/// Rejects a header that claims more data than a file of `file_bytes` bytes can hold, so that a damaged file does not
-/// exhaust memory. It also rejects DWA compression, which the decoder cannot read safely. The returned error is the reason,
-/// as the end of a message.
+/// Rejects a header that describes more data than a file of `file_bytes` bytes can hold, more than [`MAX_PIXELS`], or more
+/// than fits in memory; so a damaged file does not exhaust memory. It also rejects DWA compression, which the decoder cannot
+/// read safely. The returned error is the reason, as the end of a message.
 fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), String> {
     // The decoder allocates the size in a DWA block, which may be damaged, and ends the process if
     // memory does not suffice.

@@ -17,9 +17,10 @@ pub struct Colors {
 }
 
 impl Image {
-    /// Finds the picture itself. It consists of the channels `R`, `G`, `B` without a layer, or else of those of the only
-    /// layer that has all three. If several layers have them, it is the layer Combined, as Blender writes
-    /// `ViewLayer.Combined.R`. If no layer has them, a grey channel `Y` is found in the same way.
+    /// Finds the channels that are the picture itself. These are `R`, `G`, `B` without a layer, or else those of the only
+    /// layer that has all three. If several layers have them, those of the layer Combined are taken, as Blender writes
+    /// `ViewLayer.Combined.R`. If no layer has them, a grey channel `Y` is found in the same way. A `Y` whose layer also has
+    /// `X`, `RY` or `BY` is not grey.
     ///
     /// # Errors
     /// No layer has these channels, or several layers have them and not exactly one of these is called Combined; the message
@@ -50,9 +51,9 @@ impl Image {
         })
     }
 
-    /// The name of the layer that has float channels with all of `names` and with none of `others`; `None` if there is none.
-    /// If there are several, the channels without a layer, which count as the layer "", come first, and then the only layer
-    /// called Combined. It is an error if there are several and neither of these.
+    /// Finds the layer that has float channels with all of `names` and with none of `others`, and returns its name; `None`
+    /// if there is none. If there are several, the channels without a layer are preferred, whose layer name is "". Without
+    /// them, the only layer called Combined is taken. If this decides for no layer either, the result is an error.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
         let layers = self.channels.keys().filter_map(|channel| {
             let layer = channel.strip_suffix(names[0])?;

@@ -14,9 +14,9 @@ use std::path::Path;
 /// The values of one channel of a picture: one per pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
-    /// 32-bit floats, such as radiance or depth.
+    /// The values are 32-bit floats, such as radiance or depth.
     F32(Vec<f32>),
-    /// 32-bit unsigned integers, such as instance indices.
+    /// The values are 32-bit unsigned integers, such as instance indices.
     U32(Vec<u32>),
 }
 

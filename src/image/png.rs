@@ -9,8 +9,8 @@ use crate::{Error, Result};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
-/// The highest compression ratio of deflate: the number of bytes that one compressed byte can expand to. A file whose header
-/// claims more pixels than that is refused before memory is allocated for them.
+/// The highest compression ratio of deflate: one compressed byte can expand to 1032 bytes. A file that is too small for the
+/// pixels that its header describes is refused before memory is allocated for them.
 const MAX_COMPRESSION_RATIO: u64 = 1032;
 
 /// Writes the channels `R`, `G`, `B` as 8-bit sRGB: radiance × 2^`exposure`, then tone-mapped by [`tone_map`].

@@ -7,7 +7,8 @@ use super::statistics::median;
 pub struct Errors {
     /// Root of the mean squared difference of the values, in the unit of the pictures' radiance.
     pub rmse: f64,
-    /// RMSE after both pictures are clamped to [0, 1], the range of a display; so it is in [0, 1].
+    /// Root of the mean squared difference after both pictures are clamped to [0, 1], the range of a display. So its own
+    /// range is also [0, 1].
     pub rmse_clamped: f64,
     /// Mean of (a − b)² / (b² + 0.01), where a is the value of the picture and b that of the reference. Dark and bright
     /// pixels have similar weights in it.

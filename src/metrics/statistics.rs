@@ -3,8 +3,8 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::statistics::{Data, OrderStatistics};
 
-/// The number of degrees of freedom ν from which on the normal distribution replaces Student's. The quantiles z of the two
-/// differ relatively by about z²/4ν, which is less than 1e-5 here for |z| < 6.
+/// From this number of degrees of freedom ν on, the normal distribution replaces Student's. The relative difference of their
+/// quantiles z is about z²/4ν, which is less than 1e-5 for |z| < 6.
 const NORMAL_FROM: f64 = 1e6;
 
 /// The expected count below which a bin is pooled with others before a χ² test (Cochran 1954).
@@ -32,7 +32,7 @@ pub struct Estimate {
     pub mean: f64,
     /// The standard error of the mean, ≥ 0, in the unit of the samples.
     pub standard_error: f64,
-    /// Number of samples, ≥ 1. It is one more than the degrees of freedom.
+    /// Number of samples. It is one more than the degrees of freedom.
     pub samples: u64,
 }
 
@@ -232,9 +232,9 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     kolmogorov_tail((size + 0.12 + 0.11 / size) * statistic)
 }
 
-/// Probability that the empirical distribution functions of two samples of one distribution differ by at least
-/// `distance`/(`n` `m`) at any point. `n` and `m` are the sizes of the samples. All orders of the pooled values are equally
-/// likely.
+/// Probability that the empirical distribution functions of two samples of the same distribution differ by at least
+/// `distance`/(`n` `m`) at some point. `n` and `m` are the sizes of the samples. The distribution is continuous, so that all
+/// orders of the pooled values are equally likely.
 fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
     // The fraction of orders of the first i and j values that stay below the distance. The last value
     // is one of the i with probability i/(i + j).

@@ -82,8 +82,9 @@ mod tests {
         }
     }
 
-    /// Ends of parameter ranges (scene, parameter, value) whose scenes take seconds or gigabytes to generate. The test that
-    /// generates every scene at both ends of each range skips them, unless `HEADWATER_TEST_ALL` is set.
+    /// Parameter values (scene, parameter, value) for which the generation of a scene takes seconds or gigabytes. The test
+    /// that generates every scene at both ends of each parameter's range skips these values, unless `HEADWATER_TEST_ALL` is
+    /// set.
     const LARGE: &[(&str, &str, &str)] = &[
         ("colourful-mess", "things", "1000"),
         ("street", "lights", "2000000"),

@@ -9,11 +9,11 @@ use std::fmt;
 /// The set of values that a parameter of a scene accepts.
 #[derive(Clone, Copy, Debug)]
 pub enum Range {
-    /// A whole number between two bounds, both included.
+    /// The value is a whole number between these two bounds, both included.
     Whole(u64, u64),
-    /// A real number between two bounds, both included.
+    /// The value is a real number between these two bounds, both included.
     Real(f64, f64),
-    /// One of the words in this list.
+    /// The value is one of the words in this list.
     Words(&'static [&'static str]),
 }
 
@@ -27,8 +27,8 @@ impl fmt::Display for Range {
     }
 }
 
-/// Formats a number for a message that shows a range: numbers below 0.001 and from a million on, by magnitude, in scientific
-/// notation, except 0.
+/// Formats a number for a message that shows a range. A number whose magnitude is below 0.001 or at least a million is
+/// written in scientific notation; all others, and 0, are written as decimals.
 fn short(number: f64) -> String {
     match number.abs() {
         0.0 | 1e-3..1e6 => number.to_string(),

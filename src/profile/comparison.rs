@@ -8,16 +8,16 @@ use crate::{Error, Result};
 /// --against` fails.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// The largest allowed increase of a median time, that of the whole frame or of a pass, as a fraction of the earlier
-    /// median: 0.1 allows 10 % more.
+    /// The largest allowed increase of the median time of the whole frame, and of the median time of each pass, as a
+    /// fraction of the earlier median: 0.1 allows 10 % more.
     pub time: f64,
     /// The largest allowed increase of the size of all buffers and images on the device together, as a fraction of the
     /// earlier size: 0.02 allows 2 % more.
     pub memory: f64,
 }
 
-/// The fraction of the frame's median time below which the time of a pass is not compared with the earlier profile. Such
-/// short times are mostly noise of the timer.
+/// A pass is not compared with the earlier profile if its median time is less than this fraction of the frame's median time.
+/// Such short times are mostly noise of the timer.
 const SMALLEST_PASS: f64 = 0.02;
 
 /// Checks that the profile to be made can be compared with the profile `earlier`. It is called before anything is rendered.
@@ -75,8 +75,8 @@ pub fn check_comparable(
 
 /// Compares the profile `now` with the profile `earlier`, and returns one sentence for each time or memory size that is
 /// worse than `limits` allow; the list is empty if none is. A median time that exceeds its limit is worse only if it also
-/// exceeds the earlier 95th percentile of this time. A pass that the earlier profile does not list is worse if it takes at
-/// least 2 % of the frame's time.
+/// exceeds the earlier 95th percentile of this time. Passes that now take less than 2 % of the frame's time are not
+/// compared. Any other pass that the earlier profile does not list is worse.
 pub fn slower(now: &Profile, earlier: &Profile, limits: Limits) -> Vec<String> {
     let mut found = Vec::new();
     // Beyond the limit, and beyond what the earlier frames themselves varied by.

@@ -1,6 +1,6 @@
 //! The loop that renders and times the frames of a profile. It reads no data back from the device, because that would add to
-//! the times. The exception is a counter after each frame on drivers that end long loops
-//! ([`DeviceInfo::loop_turns`](crate::gpu::DeviceInfo::loop_turns)).
+//! the times. There is one exception: on drivers that end long loops
+//! ([`DeviceInfo::loop_turns`](crate::gpu::DeviceInfo::loop_turns)), it reads the counters after each frame.
 
 use crate::Result;
 use crate::gpu::{Device, PassTime};

@@ -39,8 +39,8 @@ pub struct Subject {
     pub bounces: u32,
     /// Seed of all random numbers. With the same seed, a frame does the same work in every run.
     pub seed: u32,
-    /// Position, orientation and field of view of the camera, as a text that is compared with that of another profile:
-    /// different cameras have different texts.
+    /// Position, orientation and field of view of the camera as one text. Two profiles have the same camera if these texts
+    /// are equal.
     pub camera: String,
     /// The time in the scene that frame 0 shows, in seconds, and the number of frames per second of scene time; the second
     /// is `None` if all frames show the same time. The whole field is `None` if nothing in the scene moves.
@@ -118,10 +118,11 @@ pub struct Pass {
     pub statistics: Vec<(String, String)>,
 }
 
-/// The memory on the device that all buffers with the same name use together; one such entry stands for all images.
+/// An entry of the list of memory on the device: the memory that all buffers with one name use together, or the memory that
+/// all images use together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// Name that the buffers have in common; `images` in the entry of all images.
+    /// Name of the buffers, which is the same for all of them. It is `images` if this is the entry of all images.
     pub name: String,
     /// Number of the buffers with this name, or of all images.
     pub count: u32,

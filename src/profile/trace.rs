@@ -12,8 +12,8 @@ const DEVICE: u32 = 2;
 /// A trace of frames as JSON. The track of the host shows the frames; the track of the device shows the frames and each run
 /// of their passes. Times are in microseconds, as the format requires.
 ///
-/// The clocks of the host and of the device have different zero points. So the passes of each frame are moved in time until
-/// the last of them ends when the host's frame ends, because then the wait for the device ends, too.
+/// The clocks of the host and of the device have different zero points. So the times of a frame's passes are shifted: the
+/// last pass ends when the frame on the host ends, because at this time the host stops waiting for the device.
 pub fn trace(frames: &[Frame]) -> Value {
     let mut events = vec![
         json!({"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "headwater"}}),

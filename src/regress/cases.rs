@@ -9,7 +9,7 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// The name of the case. The files of its pictures have this name, without their endings.
+    /// The name of the case. The names of its picture files consist of this name and an ending such as `.exr`.
     pub name: String,
     /// The arguments of the command `render` that make the picture, separated by spaces. `--output` is missing, because each
     /// caller adds its own.

@@ -31,8 +31,8 @@ const NEAR: f32 = 1e-3;
 /// The largest fraction of pixels in which the pictures of two drivers may disagree. Some pixels always disagree, because
 /// rounding can change a random decision, and a path then takes another direction.
 const MAX_APART: f64 = 0.05;
-/// The largest difference between the mean values of two drivers' pictures, as a multiple of the standard error of this
-/// difference. A larger one means that a driver makes pictures brighter or darker, which rounding does not.
+/// The largest allowed difference between the mean values of two drivers' pictures, as a multiple of the standard error of
+/// this difference. A larger difference means that a driver makes pictures brighter or darker; rounding does not do that.
 const MAX_DEVIATIONS: f64 = 4.0;
 /// A difference between the mean values of two drivers' pictures that is always accepted, even if it is many standard
 /// errors. It is a fraction of the mean of the golden picture.
@@ -71,8 +71,9 @@ pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> V
     ))
 }
 
-/// The verdict on a case if the golden frame is from another driver. The pictures must agree except for rounding. Rounding
-/// may change the paths of some pixels, but the mean of the picture must stay the same. `picture` is the golden picture.
+/// The verdict on a case whose golden frame is from another driver. Rounding may change the values and the paths of some
+/// pixels. The case fails if more than 5 % of the pixels disagree, or if the means of the two pictures differ by more than
+/// the noise explains. `picture` is the golden picture.
 ///
 /// # Errors
 /// One of the pictures has no channels `R`, `G`, `B`.

@@ -1,4 +1,4 @@
-//! The entrance of the library: a builder that makes the renderer of a scene, with defaults for everything that the caller
+//! The builder with which users of the library make the renderer of a scene. It has defaults for everything that the caller
 //! does not set.
 
 use super::presets::{DEFAULT, Preset};

@@ -40,8 +40,9 @@ impl Clock {
         }
     }
 
-    /// Returns a stopped clock. All its frames show one time: that which this clock (`self`) computes for the frame with the
-    /// index `frame`. With a stopped clock, path tracing can add up many samples of one moment of an animation.
+    /// Returns a stopped clock, whose frames all show the same time: the time that this clock (`self`) computes for the
+    /// frame with the index `frame`. With a stopped clock, path tracing can add up many samples of one point in time of an
+    /// animation.
     pub fn stopped_at(&self, frame: u32) -> Self {
         Self {
             start_time: self.time(frame),

@@ -27,8 +27,9 @@ pub struct Counts {
     /// lanes that evaluated it, then the number of all lanes of the subgroup. The first divided by the second is the
     /// fraction of lanes in use.
     pub merge_lanes: [u64; 2],
-    /// The number of reservoirs that pixels and path vertices merged with their own reservoirs: those of neighbouring
-    /// pixels, those of the previous frame, and world reservoirs (the reservoirs of path vertices).
+    /// The number of reservoirs that were merged into the reservoirs of pixels and of path vertices. The merged ones belong
+    /// to neighbouring pixels, to pixels of the previous frame, or to path vertices of the previous frame (world
+    /// reservoirs).
     pub neighbours: u64,
     /// The number of path vertices that have a world reservoir: a reservoir with a light sample that path vertices of the
     /// next frame can reuse.
@@ -85,7 +86,7 @@ fn sum(all: &[u32], counter: u32) -> u32 {
     own.fold(0, |sum: u32, n| sum.saturating_add(*n))
 }
 
-/// The maximum number of passes with counters of their own. Higher: more passes can be counted, in a larger buffer.
+/// The maximum number of passes that can have counters. Higher: more passes can be counted, in a larger buffer.
 const MAX_PASSES: usize = 32;
 /// The length of the buffer with the counters of all passes, in words of 32 bits.
 const LENGTH: usize = MAX_PASSES * COUNTERS as usize;
@@ -104,9 +105,8 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Makes the counters of an integrator, all 0. If `counting` is true, passes count rays, lanes, neighbours and bytes,
-    /// which costs time, and faults. Otherwise they count only faults: rejected values, and loops that the driver ended
-    /// early.
+    /// Makes the counters of an integrator, all 0. Passes always count faults: rejected values, and loops that the driver
+    /// ended early. If `counting` is true, they also count rays, lanes, neighbours and bytes, which costs time.
     pub fn new(device: &Arc<Device>, counting: bool) -> Result<Self> {
         let mut made = Self {
             buffer: Buffer::new(device, "counters", 4 * LENGTH as u64, Usage::default())?,

@@ -35,7 +35,7 @@ impl<T> History<T> {
         (self.copies.len() == 2 && self.advances.get() > 1).then(|| self.spare())
     }
 
-    /// The copy that is not current. If there is only one copy, it is this one. At the start of a frame, the spare copy
+    /// The copy that is not current; if there is only one copy, the current one. At the start of a frame, the spare copy
     /// contains the data of the previous frame. A pass that no longer needs this data may read the current copy and write
     /// its output to the spare one; [`Self::advance`] then makes this output current.
     pub fn spare(&self) -> &T {

@@ -39,8 +39,8 @@ pub struct Renderer {
     primary_surfaces: Option<PrimarySurfaces>,
     /// The time and the camera of the next frame.
     next: Moment,
-    /// The time and the camera of the last frame, then those of the frame before it, since the last restart. `None` for a
-    /// frame that does not exist. Motion vectors follow from the difference.
+    /// The time and the camera of the last frame, and of the frame before it. An entry is `None` if there was no such frame
+    /// since the last restart. Motion vectors follow from the difference between the two entries.
     shown: [Option<Moment>; 2],
 }
 
@@ -69,8 +69,9 @@ impl Renderer {
         Self::tracking(device, scene, view, &settings, Tracking::default())
     }
 
-    /// As [`Self::new`], for settings that are decided already, for this scene and for the bounces of `view`. The renderer
-    /// also collects the data that `tracking` selects, such as the number of rays.
+    /// Makes a renderer from settings that are already resolved for this scene and for the bounces of `view`. Unlike
+    /// [`Self::new`], it also lets the caller select data that the renderer collects, such as the number of rays
+    /// (`tracking`).
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -184,8 +185,8 @@ impl Renderer {
         Ok(next.camera)
     }
 
-    /// True if a frame depends on the frames before it, as with reuse over time. Then no frame can be left out, and a run
-    /// cannot be continued from its sums.
+    /// True if a frame depends on the frames before it, because it reuses their samples. Then no frame can be left out, and
+    /// a run cannot be continued from its sums.
     pub fn has_history(&self) -> bool {
         self.integrator.has_history()
     }
@@ -267,9 +268,9 @@ impl Renderer {
         self.integrator.render(index, camera, &mut self.sums)
     }
 
-    /// Replaces the sums of radiance by the radiance of the last single frame, so that [`Self::sums`] returns this one
-    /// sample. It must be called after [`Self::single_frame`]. With path tracing, it does nothing, because the sums contain
-    /// the frame already.
+    /// Replaces the sums of radiance by the radiance of the last single frame, so that [`Self::sums`] returns the sums of
+    /// this one sample. The caller must have called [`Self::single_frame`] before. With path tracing, this method does
+    /// nothing, because the sums contain the frame already.
     pub fn keep_single_frame(&mut self) -> Result<()> {
         // Without a picture of its own it is there already, alone.
         if let Some(color) = self.integrator.color() {
@@ -279,8 +280,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// The location on the device of the last frame's radiance. With path tracing, it is the location of the sums over all
-    /// samples, in one part per strip of the picture (group of whole rows).
+    /// The location on the device of the last frame's radiance, in one part. With path tracing, it is the location of the
+    /// sums over all samples, and there is one part for each strip of the picture (group of whole rows).
     fn radiance(&self) -> Vec<Radiance<'_>> {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.color().map_or_else(
@@ -308,9 +309,9 @@ impl Renderer {
         Display::new(&self.device, &self.bindings, pixels)
     }
 
-    /// Writes the last frame to the buffer of `display`; with path tracing, the mean of all samples. The values are radiance
-    /// × 2^`exposure`, tone-mapped. If `begins_with_blue` is true, blue is in the least significant byte of a pixel,
-    /// otherwise red.
+    /// Writes a picture to the buffer of `display`: the last frame or, with path tracing, the mean of all samples. The
+    /// values are radiance × 2^`exposure`, tone-mapped. If `begins_with_blue` is true, blue is in the least significant byte
+    /// of a pixel, otherwise red.
     pub fn show(&self, display: &Display, exposure: f32, begins_with_blue: bool) -> Result<()> {
         let unit = self.bindings.scene.units.radiance * f64::from(exposure).exp2();
         display.map(&self.radiance(), unit, begins_with_blue)
@@ -368,8 +369,8 @@ impl Renderer {
         Ok(reservoirs)
     }
 
-    /// Reads the sums over samples of the radiance of all pixels. They are empty if no sample was added yet, except for path
-    /// tracing, whose sums are then zeros.
+    /// Reads the radiance of each pixel, summed over the samples. Before the first sample, the result is empty, or zero for
+    /// every pixel with path tracing.
     pub fn sums(&self) -> Result<Sums> {
         Ok(Sums {
             pixels: self.sums.read()?,
@@ -381,8 +382,8 @@ impl Renderer {
     /// samples per pixel. There is one entry per pixel, row by row from the top.
     ///
     /// # Errors
-    /// Frames depend on a history that sums do not hold, `sums` has fewer entries than there are pixels, or the device
-    /// fails.
+    /// Frames depend on earlier frames, so that sums are not enough to continue a run; `sums` has fewer entries than there
+    /// are pixels; or the device fails.
     pub fn set_sums(&mut self, sums: &[PixelSums], samples: u32) -> Result<()> {
         if self.has_history() {
             return Err(Error::input(

@@ -13,8 +13,9 @@ use std::cell::LazyCell;
 use std::collections::HashSet;
 use std::ops::Deref;
 
-/// The minimum number of lights with which `candidates=auto` selects the light BVH. With fewer lights, candidates drawn by
-/// power often find the lights that matter at the pixel, and walks through the tree would cost time without benefit.
+/// The minimum number of lights with which `candidates=auto` selects the light BVH (a tree of lights). With fewer lights,
+/// candidates drawn by power often find the lights that matter at a pixel, so walks through the tree would cost time without
+/// benefit.
 const MANY_LIGHTS: usize = 64;
 
 /// The settings for one scene and one maximum number of bounces. Choices that the user leaves to the scene, such as
@@ -99,7 +100,8 @@ impl ResolvedSettings {
         self.settings.light_bvh_options(self.bounces)
     }
 
-    /// The settings of the light BVH if tiles of pixels draw lists of lights from it for direct light; otherwise `None`.
+    /// The settings of the light BVH (a tree of lights) if candidates of direct light come from light lists, of which one
+    /// per tile of pixels is drawn from the tree; otherwise `None`.
     pub fn light_lists(&self) -> Option<&LightBvhSettings> {
         self.has_light_lists().then_some(&self.light_bvh)
     }
@@ -138,8 +140,8 @@ fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usiz
     (own.len() + others, emitter_groups.len() + others)
 }
 
-/// The light candidates that `auto` selects for these numbers of lights and of emitter groups, with the reason as text for
-/// the log.
+/// The method for light candidates that `auto` selects in a scene with these numbers of lights and of emitter groups
+/// (triangles with common corners form one group). The text is the reason, for the log.
 fn fitting(lights: usize, emitter_groups: usize) -> (Candidates, String) {
     if lights < MANY_LIGHTS {
         let reason =

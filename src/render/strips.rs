@@ -16,11 +16,11 @@ const MAX_PIXELS: u64 = 1 << 20;
 /// covers a tile of `TILE` × `TILE` pixels.
 const MAX_SIDE: u32 = 65_535 * TILE;
 
-/// Checks that a picture with a side of `pixels` pixels has no more tiles along this side than every Vulkan device can
-/// dispatch. `how` is the word for the side in the message: `wide` or `high`.
+/// Checks that one side of a picture, `pixels` pixels long, has at most 65,535 tiles, which every Vulkan device can
+/// dispatch. `how` names the side in the message: `wide` or `high`.
 ///
 /// # Errors
-/// The side is too long; `how` (wide or high) names the side in the message.
+/// The side is longer than `MAX_SIDE` pixels.
 pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
     if pixels > MAX_SIDE {
         return Err(Error::input(format!(
@@ -34,7 +34,7 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
 /// `TILE` rows, except for the last one. Each strip has at most `most_bytes` bytes, with `bytes_a_pixel` bytes per pixel.
 ///
 /// # Errors
-/// One row of tiles has more than `most_bytes` bytes, or more tiles than every device can dispatch along an axis.
+/// One row of tiles has more than `most_bytes` bytes, or more than 65,535 tiles, which not every device can dispatch.
 fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Result<Vec<Strip>> {
     check_side("wide", width)?;
     let row = u64::from(width) * bytes_a_pixel;

@@ -73,9 +73,9 @@ impl Bounds {
 /// uses looser boxes, because exact boxes of very many instances of large meshes would take minutes.
 const MOST_VERTICES: usize = 1 << 30;
 
-/// Functions that return how far a box reaches along +X, +Y, +Z, −X, −Y and −Z: the signed distance, in scene units, from
-/// the origin to the face of the box on that side. `Scene::bounds` sorts instances by it, so that it examines only those
-/// that may enlarge the scene's box.
+/// Six functions, for the directions +X, +Y, +Z, −X, −Y and −Z, that return how far a box reaches in this direction: the
+/// signed distance, in scene units, from the origin to the face of the box on that side. `Scene::bounds` sorts instances by
+/// this distance, so that it examines only those that may enlarge the scene's box.
 const REACHES: [fn(&Bounds) -> f64; 6] = [
     |bounds| bounds.max.x,
     |bounds| bounds.max.y,
@@ -150,8 +150,8 @@ impl Scene {
 }
 
 /// The typical size of `boxes`, in scene units: the geometric mean of their longest edges, approximated by a power of two.
-/// Boxes without an extent do not count; if there are no others, the result is 1. It becomes the unit of length on the
-/// device. Unlike the size of the whole scene, it hardly changes if one instance is huge, such as a ground of a thousand
+/// Boxes without an extent do not count; if no box has an extent, the result is 1. The result becomes the unit of length on
+/// the device. Unlike the size of the whole scene, it hardly changes if one instance is huge, such as a ground of a thousand
 /// kilometres.
 pub fn usual_size(boxes: &[Bounds]) -> f64 {
     let sizes = boxes.iter().map(|bounds| bounds.size().max_element());

@@ -11,9 +11,9 @@ const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
 /// the whole scene. Higher: a wider margin around the scene.
 const FRAMING_MARGIN: f64 = 1.05;
 
-/// A camera at the position `eye` that looks at the point `target`, both in world space. +Y is up; if it looks straight
-/// down, the top of the picture is −Z, and if straight up, +Z. If `eye` equals `target`, it looks along −Z. `yfov` is the
-/// full vertical field of view in radians.
+/// A camera at the position `eye` that looks at the point `target`, both in world space. +Y is up in the picture. If the
+/// camera looks straight down, the top of the picture is towards −Z; if it looks straight up, towards +Z. If `eye` equals
+/// `target`, it looks along −Z. `yfov` is the full vertical field of view in radians.
 pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     Camera {
         name: String::new(),

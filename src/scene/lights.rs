@@ -105,7 +105,7 @@ impl Scene {
     }
 
     /// A copy of the scene's materials in which each animated emission is replaced by its largest value over all keyframes
-    /// ([`Emission::brightest`](super::motion::Emission::brightest)). The powers of lights are compared with these
+    /// ([`Emission::brightest`](super::motion::Emission::brightest)). Comparisons of the powers of lights use these
     /// materials, because a light that is dark now may be the brightest one at another time.
     pub fn brightest_materials(&self) -> Vec<Material> {
         let mut brightest = self.materials.clone();
@@ -152,7 +152,8 @@ impl<'a> Emitters<'a> {
     }
 
     /// True if the triangle with the index `triangle` in [`Mesh::triangles`] is a light. `part` is the part that contains
-    /// the triangle. The result is also true where it is uncertain that the emissive texture is black.
+    /// the triangle. The result is false only if no point of the triangle can emit light: it is true if it is uncertain
+    /// whether the emissive texture is black.
     pub fn emits(&self, mesh: &Mesh, part: &Part, triangle: u32) -> bool {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         self.may_emit(part)
@@ -210,9 +211,10 @@ pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<Emitt
     triangles
 }
 
-/// The mean, over 64 points of a triangle, of the factor on its emission, for each colour channel in [0, 1]: the emissive
-/// texture, and 0 in the holes of an alpha mask. If the factor is black at all points, the mean is 1/128 instead of 0,
-/// because light samples must also find lit areas between the points.
+/// The mean of the factor that multiplies a triangle's emission, for each colour channel in [0, 1]. It is computed from 64
+/// points of the triangle. The factor is the linear colour of the emissive texture, or 1 without a texture, and 0 in the
+/// holes of an alpha mask. If the factor is black at all points, the mean is 1/128 instead of 0, because light samples must
+/// also find lit areas between the points.
 fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32) -> Vec3 {
     const SIDE: usize = 8;
     let mask = match material.alpha_mode {
@@ -271,9 +273,9 @@ pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
-/// Computes the powers of a scene's lights; its fields are the properties of the scene on which the powers depend. The power
-/// of an infinitely distant light (a directional light or the environment) is the power that it sends through a disc whose
-/// diameter is the diagonal of the scene's bounding box.
+/// Computes the powers of a scene's lights. It stores the two properties of the scene on which the powers of infinitely
+/// distant lights (directional lights and the environment) depend. The power of such a light is the power that it sends
+/// through a disc whose diameter is the diagonal of the scene's bounding box.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPowers {
     /// The area of the disc through which distant lights shine, divided by π: the square of half the diagonal of the scene's

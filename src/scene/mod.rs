@@ -67,8 +67,9 @@ pub struct Mesh {
     /// Vertex colours, one per position: linear RGB and alpha in [0, 1], which multiply the material's base colour and
     /// alpha. Empty if the mesh has no vertex colours.
     pub colors: Vec<Vec4>,
-    /// Unit tangents along u in object space, one per position, with the sign s of the bitangent s · normal × tangent in w.
-    /// Empty if no material of the mesh has a normal map. A vertex whose material has no normal map may have the tangent 0.
+    /// Unit tangents along u in object space, one per position. The component w is the sign of the bitangent, which is w ·
+    /// (normal × tangent). Empty if no material of the mesh has a normal map. A vertex whose material has no normal map may
+    /// have the tangent 0.
     pub tangents: Vec<Vec4>,
     /// Two sets of texture coordinates, each with one entry per position. A set that no texture uses is empty.
     pub uvs: [Vec<Vec2>; 2],
@@ -155,7 +156,8 @@ pub struct Material {
     pub specular: f32,
     /// Linear RGB factor ≥ 0 on a dielectric's specular reflection at normal incidence (`KHR_materials_specular`).
     pub specular_color: Vec3,
-    /// Index of refraction of a dielectric, ≥ 1: a higher one reflects more. 0 is glTF's convention for F0 = 1.
+    /// Index of refraction of a dielectric: at least 1, or 0 for a dielectric that reflects all light at normal incidence (a
+    /// convention of glTF). Above 1, a higher index reflects more.
     pub ior: f32,
     /// True if the camera sees the base colour as radiance, whatever light there is, and all other rays see a black surface
     /// (`KHR_materials_unlit`).

@@ -58,8 +58,8 @@ pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
     format!("{kind} {index} {}", quoted(name))
 }
 
-/// The maximum number of characters that a message quotes from a text in a file; longer texts are cut to this number,
-/// including `...` where they are cut. Escaping control characters can make the quotation longer.
+/// The maximum number of characters that a message quotes from a text in a file. A longer text is cut, and `...` marks the
+/// cut; these three characters are included in the maximum. Escaping control characters can make the quotation longer.
 const LONGEST: usize = 60;
 
 /// Prepares a text from a file for a message: puts it in quotes, escapes control characters, and replaces everything after
@@ -74,7 +74,7 @@ pub(crate) fn quoted(text: &str) -> String {
 }
 
 /// The same as [`quoted`], except that a text of more than 60 characters is cut at its start: the last 57 characters remain,
-/// after `...`. For texts whose end says more than their start, such as paths.
+/// after `...`. It serves texts whose end says more than their start, such as paths.
 pub(crate) fn quoted_end(text: &str) -> String {
     match text.chars().count().checked_sub(LONGEST) {
         None | Some(0) => quoted(text),

@@ -13,7 +13,8 @@ pub struct PunctualLight {
     pub light_to_world: DAffine3,
     /// The kind of light: a point, a spot with its angles, or a direction.
     pub shape: PunctualShape,
-    /// Linear RGB radiant intensity ≥ 0, in W/sr; of a directional light the irradiance of a surface that faces it, in W/m².
+    /// Linear RGB radiant intensity in W/sr, at least 0. For a directional light it is instead the irradiance of a surface
+    /// that faces the light, in W/m².
     pub intensity: Vec3,
     /// The distance in scene units, above 0, at which the light of a point or spot has faded to 0; `None` if the light has
     /// no such limit.
@@ -23,17 +24,17 @@ pub struct PunctualLight {
 /// The kind of a punctual light: where its light starts, and into which directions it shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PunctualShape {
-    /// Equal intensity in all directions from one point.
+    /// The light shines from one point, with the same intensity in all directions.
     Point,
-    /// A cone of light from one point, around −Z of the light's own space. Directions up to the angle `inner` from this axis
-    /// have the full intensity, which fades to 0 at the angle `outer`.
+    /// The light shines from one point into a cone around −Z of the light's own space. Directions up to the angle `inner`
+    /// from this axis have the full intensity, which fades to 0 at the angle `outer`.
     Spot {
         /// Half angle of the cone with full intensity, in radians, in [0, `outer`].
         inner: f64,
         /// Half angle of the whole cone, in radians, above 0 and at most π/2.
         outer: f64,
     },
-    /// Parallel light in one direction from infinitely far away, such as sunlight.
+    /// The light comes from infinitely far away, such as sunlight, and all its rays have the same direction.
     Directional,
 }
 

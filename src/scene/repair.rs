@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3, Vec4};
 const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// The difference of a normal's squared length from 1 above which the user gets a notice that the normal was normalised.
-/// Normals that a file stores in signed bytes differ by up to this much without a fault of the file.
+/// Smaller differences are no fault of a file: they can arise where it stores normals in signed bytes, which rounds them.
 const NOTICED_TOLERANCE: f64 = 2e-2;
 
 impl Mesh {
@@ -54,8 +54,9 @@ impl Mesh {
         odd
     }
 
-    /// The cross product of two edges of a triangle, in object space: a vector along the triangle's geometric normal, whose
-    /// length is twice the area. It is 0 for a triangle without area. `triangle` is the indices of the three vertices.
+    /// The cross product of two edges of a triangle, in object space. It points along the triangle's geometric normal, and
+    /// its length is twice the triangle's area, so it is 0 for a triangle without area. `triangle` contains the indices of
+    /// the three vertices.
     pub(super) fn area_vector(&self, triangle: [u32; 3]) -> DVec3 {
         let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
         (b - a).cross(c - a)

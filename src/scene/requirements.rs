@@ -6,8 +6,8 @@ use super::{AlphaMode, Material, Mesh, Scene};
 use crate::shader_interface::MIRROR_ROUGHNESS;
 
 /// The features that a scene uses, and some counts for reports. Shaders leave out the code of features that the scene does
-/// not use. Only meshes with an instance and materials with triangles are examined. In the fields, a light is a material
-/// that emits light at some time.
+/// not use. Meshes without an instance are not examined, nor are materials that no triangle of the other meshes has. In the
+/// descriptions of the fields, a light is a material that emits light at some time.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Requirements {
     /// The number of triangles in the world, for reports. The triangles of a mesh count once for each instance of the mesh.
@@ -26,7 +26,7 @@ pub struct Requirements {
     /// True if some material has a specular lobe; otherwise shaders assume that all surfaces are purely Lambertian.
     pub specular: bool,
     /// True if some surface with a specular lobe may be treated as a perfect mirror: its roughness is below
-    /// [`MIRROR_ROUGHNESS`], or a texture sets it. For reports only.
+    /// [`MIRROR_ROUGHNESS`], or it has a metallic-roughness texture, which may lower the roughness. For reports only.
     pub near_delta: bool,
     /// True if some material has a base colour or metallic-roughness texture; otherwise shaders do not read them.
     pub textures: bool,

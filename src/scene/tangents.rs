@@ -6,9 +6,9 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Vec2, Vec3, Vec4};
 
 impl Mesh {
-    /// Computes tangents for triangles that have a normal map but lack tangents at some corner. Vertices whose triangles
-    /// need different tangents are duplicated. If no part of the mesh has a normal map, all tangents are removed instead.
-    /// The mesh must have passed its checks.
+    /// Computes tangents for each triangle that has a normal map but no tangent at one or more of its corners. A vertex
+    /// whose triangles need different tangents is duplicated. If no part of the mesh has a normal map, all tangents are
+    /// removed instead. The caller ensures that the mesh is valid and has no triangles without area.
     pub(crate) fn make_tangents(&mut self, materials: &[Material]) {
         let mapped = self.parts.iter().filter_map(|part| {
             let texture = materials[part.material as usize].normal_texture?;
@@ -69,9 +69,9 @@ impl Mesh {
     }
 }
 
-/// The data that the MikkTSpace crate reads and writes: the mesh, the indices `faces` of its triangles that get tangents,
-/// the index `set` of their texture coordinates, and the computed tangents of the three corners of each face, in the order
-/// of `faces`.
+/// The data that the MikkTSpace crate reads and writes. It reads the texture coordinates of the set `set`, for the triangles
+/// of the mesh with the indices `faces`. It writes `tangents`: the tangents of the three corners of each triangle, in the
+/// order of `faces`.
 struct Made<'a> {
     mesh: &'a Mesh,
     faces: &'a [usize],

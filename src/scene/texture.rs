@@ -6,7 +6,8 @@ use std::sync::Arc;
 /// An RGBA image with 8 bits per channel, which one or more textures of materials use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// For messages: the name of the image's file or, if the image is part of the scene's file, the name that it has there.
+    /// The image's name in messages: the name of its file or, if the image is part of the scene's file, the name that it has
+    /// there.
     pub name: String,
     /// Width in texels, at least 1.
     pub width: u32,
@@ -115,8 +116,8 @@ pub struct LitTexels {
     lit_before: Vec<u32>,
 }
 
-/// The number of texels along each side of a block of [`LitTexels`]. Only whether all texels of a block are black is stored,
-/// so larger blocks need less memory, but fewer black triangles are recognised.
+/// The number of texels along each side of a block of [`LitTexels`]. For each block it is stored only whether all its texels
+/// are black. Larger blocks therefore need less memory, but with them fewer black triangles are recognised as black.
 const BLOCK: u32 = 8;
 
 impl LitTexels {
@@ -176,9 +177,9 @@ impl LitTexels {
             > before(left, bottom + 1) + before(right + 1, top)
     }
 
-    /// The blocks along one axis (0 is u, 1 is v) that lookups at texel indices from `low` to `high` may read, as ranges:
-    /// the indices of the first and the last block, both included. `wrap` maps indices beyond the image into it. Where the
-    /// image repeats, this can lead to several ranges.
+    /// The blocks along one axis (0 is u, 1 is v) that lookups at texel indices from `low` to `high` may read. Each entry is
+    /// a range of blocks: the indices of its first and its last block, both included. There can be several ranges, because
+    /// `wrap` maps indices beyond the image into it.
     fn spans(&self, wrap: Wrap, axis: usize, low: f32, high: f32) -> Vec<[usize; 2]> {
         let size = i64::from(self.size[axis]);
         let last = size - 1;

@@ -20,8 +20,8 @@ pub const LARGEST_COORDINATE: f64 = 1e15;
 /// moving instances is not refused, because it may be larger at other times.
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
-/// The largest fraction of a mesh's size that the spacing of f32 numbers may have at the vertex that is farthest from the
-/// mesh's origin. Above it, f32 stores the mesh too coarsely, and the user gets a notice.
+/// The ratio of the spacing of f32 numbers to the size of a mesh above which the user gets a notice that f32 stores the mesh
+/// too coarsely. The spacing is that at the mesh's largest coordinate, and the size is the longest edge of its bounding box.
 const COARSE: f64 = 5e-3;
 
 /// The largest emission of a material, and the largest radiance of a texel of an environment, in W/(m²·sr); more is refused.
@@ -34,8 +34,9 @@ pub const BRIGHTEST: f32 = 1e12;
 /// do not count as flat.
 const SINGULAR: f64 = 1e-15;
 
-/// True if f32 stores the positions of the mesh coarsely, because they are much farther from the mesh's origin than from
-/// each other. It is enough that this holds for the corners of one triangle in ten, as in a mesh of two distant parts.
+/// True if f32 stores the positions of the mesh too coarsely, because they are much farther from the mesh's origin than from
+/// each other. The result is also true if this holds only for the corners of at least one triangle in ten, as in a mesh of
+/// two parts that are far from each other.
 fn is_coarse(mesh: &Mesh) -> bool {
     let step = |furthest: f64| furthest * f64::from(f32::EPSILON);
     let Some(bounds) = mesh.bounds() else {
@@ -231,8 +232,8 @@ pub(super) fn check_reach(
     Ok(())
 }
 
-/// True if the matrix, which is a transform without its translation, flattens everything onto a plane, a line or a point.
-/// Normals cannot be transformed then.
+/// True if `matrix` flattens everything onto a plane, a line or a point, so that it cannot transform normals. It is the
+/// matrix of a transform, without the translation.
 pub(super) fn is_singular(matrix: DMat3) -> bool {
     // Axes are scaled to a length near 1 first: the product of their lengths may be out of f64's range.
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {

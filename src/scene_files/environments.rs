@@ -12,8 +12,8 @@ use std::io::{BufReader, ErrorKind, Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The maximum length of the header of an `.hdr` file, in bytes. A file with a longer header is an error, so that a damaged
-/// file, whose header never ends, is not searched to its end.
+/// The maximum length of the header of an `.hdr` file, in bytes (64 KiB). A file with a longer header is refused. Without
+/// this limit, a damaged file whose header never ends would be searched to its end.
 const MAX_HEADER: u64 = 1 << 16;
 
 impl Environment {

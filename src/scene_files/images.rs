@@ -31,7 +31,7 @@ const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
 /// larger when they are decoded.
 const MAX_METADATA: u64 = 16 << 20;
 
-/// An image as the content of a PNG, JPEG or WebP file, before it is decoded.
+/// The content of a PNG, JPEG or WebP file that is not decoded yet, with two names of the image for messages.
 pub(super) struct Encoded<'a> {
     /// The element of the scene's file that contains or names the image, such as `image 3`, for messages.
     pub what: String,
@@ -42,13 +42,13 @@ pub(super) struct Encoded<'a> {
     pub bytes: Cow<'a, [u8]>,
 }
 
-/// The number of texels of all images of a scene that were counted so far, to check that it does not exceed [`MAX_TEXELS`].
+/// The number of texels of those images of a scene that were counted so far. It must not exceed [`MAX_TEXELS`].
 #[derive(Default)]
 pub(super) struct TexelCount(u64);
 
 impl TexelCount {
-    /// Adds the number of texels of one more image. `name` returns the name of this image for the error, and is called only
-    /// then.
+    /// Adds `texels`, the number of texels of one more image. `name` is called only if this is an error, and returns the
+    /// name of this image for the error.
     ///
     /// # Errors
     /// With this image, the images of the scene have more than [`MAX_TEXELS`] texels.
@@ -102,9 +102,9 @@ pub(super) fn decode(
     Ok(images)
 }
 
-/// The number of images that are decoded next, in parallel as one batch. `sizes` is the number of texels of each image that
-/// is not decoded yet, in their order. A batch has at most [`TEXELS_AT_ONCE`] texels, at most one image per thread, and at
-/// least one image.
+/// The number of images in the next batch, whose images are decoded in parallel. `sizes` is the number of texels of each
+/// image that is not decoded yet, in their order. A batch has at least one image and at most one per thread, and at most
+/// [`TEXELS_AT_ONCE`] texels.
 fn batch_length(sizes: &[u64]) -> usize {
     let mut texels = 0;
     let fitting = sizes.iter().take_while(|size| {
@@ -133,21 +133,21 @@ impl Encoded<'_> {
         self.wrong(format!("cannot be decoded: {cause}; export it again"))
     }
 
-    /// Runs `work`, which decodes this image or its header. If `work` panics, as a decoder may on damaged data, this
+    /// Runs `work`, which decodes this image or its header. If `work` panics, which decoders may do on damaged data, this
     /// function returns an error that the image is damaged.
     fn guarded<T>(&self, work: impl FnOnce(&Self) -> Result<T>) -> Result<T> {
         caught(|| work(self)).unwrap_or_else(|| Err(self.damaged("it is damaged")))
     }
 
-    /// The number of texels of the image, computed from width and height in the header of its file. Fails if the header is
-    /// damaged, or if the width or the height is not within 1 and [`MAX_SIZE`].
+    /// The number of texels of the image, computed from the width and the height in the header of its file. Fails if the
+    /// header is damaged, if the format is not PNG, JPEG or WebP, or if the width or the height is 0 or above [`MAX_SIZE`].
     fn texels(&self) -> Result<u64> {
         let (width, height) = self.decoder()?.0.dimensions();
         Ok(u64::from(width) * u64::from(height))
     }
 
     /// A decoder that has read the header of the file but no texels yet, and the format of the file. Fails if the format is
-    /// not PNG, JPEG or WebP, if the header is damaged, or if the width or the height is not within 1 and [`MAX_SIZE`].
+    /// not PNG, JPEG or WebP, if the header is damaged, or if the width or the height is 0 or above [`MAX_SIZE`].
     fn decoder(&self) -> Result<(impl ImageDecoder, ImageFormat)> {
         let mut reader = ImageReader::new(Cursor::new(&*self.bytes))
             .with_guessed_format()

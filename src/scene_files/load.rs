@@ -14,8 +14,8 @@ use std::path::Path;
 /// length that a GLB file can state, because the length in its header has 32 bits.
 const MAX_BYTES: u64 = u32::MAX as u64;
 
-/// The memory that the scene of an OBJ file is assumed to take, in bytes per byte of the file. If less memory than this is
-/// free, the file is refused before it is read.
+/// The memory that the scene of an OBJ file is assumed to take, in bytes, is this number times the size of the file. If less
+/// memory is free, the file is refused before it is read.
 const OBJ_RATIO: u64 = 4;
 
 /// Reads and validates a scene from the file `path`: glTF 2.0 (`.gltf`, `.glb`) or Wavefront OBJ (`.obj`). If the scene
@@ -81,8 +81,8 @@ fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
     Ok((file, length))
 }
 
-/// Reads the whole content of a glTF file, and reports to `progress`. Fails if the file has more than [`MAX_BYTES`] bytes,
-/// cannot be read, or is larger than the free memory.
+/// Reads the whole content of a glTF file, and reports to `progress` how much was read. Fails if the file has more than
+/// [`MAX_BYTES`] bytes, cannot be read, or is larger than the free memory.
 fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
     let (file, length) = open_file(path, progress)?;
     if length > MAX_BYTES {

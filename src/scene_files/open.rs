@@ -1,5 +1,5 @@
-//! Opens a scene by its name. A name is either that of a procedural scene, with parameters after a colon, or the path of a
-//! file.
+//! Opens a scene by its name, which is either the name of a procedural scene, with parameters after a colon, or the path of
+//! a file.
 
 use super::{Options, Watch, load_watched};
 use crate::scene::Scene;

@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-/// The maximum number of corners of a concave polygon that is cut by ear clipping, whose time grows too much for more. A
-/// concave polygon with more corners is cut as a fan, whose triangles may overlap or lie outside of the polygon.
+/// The maximum number of corners of a concave polygon that is cut by ear clipping. For more corners, ear clipping would take
+/// too long: such a polygon is cut as a fan, whose triangles may overlap or lie outside of the polygon.
 const MAX_EAR_CLIPPING_CORNERS: usize = 512;
 
 /// Cuts a polygon of n corners into n − 2 triangles, or into none if n is below 3. `points` are the corners in their order
@@ -40,9 +40,10 @@ fn is_convex(corners: &[DVec2]) -> bool {
     (0..count).all(|i| turns_left([i, (i + 1) % count, (i + 2) % count]))
 }
 
-/// A search for the ears of a polygon. A corner is an ear, and can be cut off as a triangle, if no other corner lies in the
-/// triangle that it forms with its two neighbours. What was found out about a corner is stored until a cut can change it.
-/// Otherwise each cut would test all pairs of corners again, which takes too long in a file with thousands of polygons.
+/// A search for the ears of a polygon. A corner is an ear, and can be cut off as a triangle, if its inner angle is below
+/// 180° and no other corner lies in the triangle that it forms with its two neighbours. What was found out about a corner is
+/// stored until a cut can change it. Otherwise each cut would test all pairs of corners again, which takes too long in a
+/// file with thousands of polygons.
 struct Ears<'a> {
     corners: &'a [DVec2],
     /// The indices, into `corners`, of the corners that are not cut off yet, in their order around the polygon.
@@ -59,9 +60,9 @@ enum Known {
     /// The corner is not an ear, because its inner angle is at least 180°. This is true until one of its neighbours is cut
     /// off.
     Reflex,
-    /// The corner is not an ear, because the corner with this index lies in the triangle that this corner forms with its
-    /// neighbours. This is true until that corner or a neighbour is cut off. If several corners lie in the triangle, it is
-    /// the one with the smallest index.
+    /// The corner is not an ear, because another corner lies in the triangle that this corner forms with its neighbours. The
+    /// number is the index of the other corner; if several corners lie in the triangle, it is the smallest index of them.
+    /// This is true until the other corner or a neighbour is cut off.
     Blocked(usize),
 }
 
@@ -87,8 +88,8 @@ impl<'a> Ears<'a> {
         Some([before, ear, after])
     }
 
-    /// The indices of three corners: that at `position` in [`Self::left`] in the middle, and its neighbours before and after
-    /// it.
+    /// Returns the indices of three corners: the corner before the one at `position` in [`Self::left`], the one at
+    /// `position`, and the corner after it.
     fn around(&self, position: usize) -> [usize; 3] {
         let count = self.left.len();
         [

@@ -9,9 +9,9 @@ use std::io::Read;
 /// What the loader of a scene does when it reports progress. It determines the unit of the numbers in the report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Reading the scene's file and the files that it names. Progress and total are numbers of bytes.
+    /// The loader reads the scene's file and the files that it names. Progress and total are numbers of bytes.
     Reading,
-    /// Converting the meshes of a glTF file. Progress and total are numbers of meshes.
+    /// The loader converts the meshes of a glTF file. Progress and total are numbers of meshes.
     Decoding,
 }
 
@@ -20,8 +20,8 @@ pub enum Step {
 /// with this error.
 pub type Watch<'a> = dyn FnMut(Step, u64, u64) -> Result<()> + 'a;
 
-/// The callback that receives the progress of loading a scene, with two numbers of bytes to report: the bytes read so far,
-/// and the total size of all files of the scene that are known so far.
+/// The callback that receives the progress of loading a scene, and the two numbers of bytes that are reported to it: the
+/// bytes read so far, and the total size of all files of the scene that are known so far.
 pub(super) struct Progress<'a> {
     watch: &'a mut Watch<'a>,
     read: u64,

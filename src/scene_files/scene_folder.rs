@@ -15,8 +15,8 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 
-/// The flags with which the folders on the path to a file are opened. Linux alone has `PATH`: with it, the user needs the
-/// right to pass through a folder, but not the right to list its files.
+/// The flags with which the folders on the path to a file are opened. The flag `PATH` exists only on Linux. With it, the
+/// user needs the right to pass through a folder, but not the right to list its files.
 #[cfg(target_os = "linux")]
 const THROUGH: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
 #[cfg(not(target_os = "linux"))]
@@ -47,8 +47,8 @@ pub(super) struct SceneFile {
 enum Lookup {
     Found(SceneFile),
     Missing,
-    /// No file was found in the folder, and this path, one of those that the scene states, leads out of the folder. The user
-    /// has not permitted files outside of the folder.
+    /// No file was found, and the user has not permitted files outside of the folder. The scene states one or more paths for
+    /// the file; this one leads out of the folder.
     Outside(PathBuf),
 }
 
@@ -69,9 +69,8 @@ impl<'a> SceneFolder<'a> {
         self.look_up(what, names)?.or_refused(what)
     }
 
-    /// Opens a file as [`Self::open`] does, but one without which the scene can be loaded, such as an image. If the user
-    /// permits missing files, a file outside of the folder is treated as missing (`None`), which is an error of
-    /// [`Self::open`].
+    /// Opens a file without which the scene can be loaded, such as an image. This differs from [`Self::open`] in one case:
+    /// if the user permits missing files, a file outside of the folder is not an error, but is treated as missing (`None`).
     ///
     /// # Errors
     /// The other errors of [`Self::open`].
@@ -118,7 +117,8 @@ impl<'a> SceneFolder<'a> {
     }
 
     /// Opens a plain file in the folder by its path relative to the folder. `None` if a symbolic link on this path leads out
-    /// of the folder. Fails if another program inserts a link into the path after it was checked.
+    /// of the folder. Fails if the file cannot be opened or is not plain, or if another program inserts a link into the path
+    /// after it was checked.
     fn open_inside(&self, name: &Path) -> io::Result<Option<File>> {
         let folder = match self.path.as_os_str().is_empty() {
             true => Path::new("."),

@@ -7,11 +7,12 @@ crate::gpu_enum! {
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Heuristic {
-        /// Weights in proportion to the densities of the two techniques: the noise is close to the minimum in every scene.
+        /// The weights are proportional to the densities of the two techniques. The noise is close to the minimum in every
+        /// scene.
         #[default]
         Balance,
-        /// Weights in proportion to the squares of the densities: less noise where one of the two techniques is much better
-        /// than the other.
+        /// The weights are proportional to the squares of the densities. This has less noise where one of the two techniques
+        /// is much better than the other.
         Power,
     }
 }
@@ -22,16 +23,17 @@ crate::gpu_enum! {
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Mis {
-        /// Weights by confidence alone: cheapest, but biased where a neighbour cannot draw samples that the pixel needs.
+        /// The weights are proportional to the confidences of the reservoirs. This is the cheapest choice, but it is biased
+        /// where a neighbour cannot draw samples that the merging pixel needs.
         Constant,
-        /// The balance heuristic over all reservoirs of the merge: unbiased, least noise; the cost grows with the square of
-        /// the number of neighbours.
+        /// The balance heuristic compares all reservoirs of the merge. It is unbiased and has the least noise, but its cost
+        /// grows with the square of the number of neighbours.
         Balance,
-        /// The balance heuristic between the pixel and one neighbour at a time: unbiased; the cost grows linearly with the
-        /// number of neighbours.
+        /// The balance heuristic compares the merging pixel with one neighbour at a time. It is unbiased, and its cost grows
+        /// linearly with the number of neighbours.
         Pairwise,
-        /// Pairwise weights in which the sample of the pixel's own reservoir keeps a minimum weight: unbiased, and with less
-        /// noise where neighbours have poor samples.
+        /// The weights are pairwise, but the sample of the merging pixel's own reservoir keeps a minimum weight. They are
+        /// unbiased, and have less noise than `pairwise` where neighbours have poor samples.
         #[default]
         Defensive,
     }
@@ -44,11 +46,12 @@ crate::gpu_enum! {
         /// There is no hash grid: pixels draw light samples by another light sampler only.
         #[default]
         None,
-        /// The surface at one random pixel of each block of 4 × 4 pixels, selected again in every frame: unbiased.
+        /// In every frame, one random pixel of each block of 4 × 4 pixels is selected, and the surfaces that the camera sees
+        /// at these pixels fill the grid. This is unbiased.
         Pixels,
-        /// Points on all surfaces of the scene, from a list. They fill the grid once, in the first frame, and the grid then
-        /// stays as it is. This is the method as published ("Normal-aware hash grid of precomputed reservoirs", 2025); it is
-        /// biased.
+        /// Points on all surfaces of the scene, which are stored in a list, fill the grid once, in the first frame. The grid
+        /// then stays as it is. This is the method as published ("Normal-aware hash grid of precomputed reservoirs", 2025);
+        /// it is biased.
         Points,
     }
 }
@@ -75,17 +78,17 @@ crate::gpu_enum! {
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Visibility {
-        /// No test: shadows are missing. Biased, for comparisons only.
+        /// Visibility is never tested, so shadows are missing. This is biased, and useful only for comparisons.
         None,
-        /// A test, with one ray, only where the sample that was selected last is shaded. For direct light it is unbiased and
+        /// One shadow ray tests the sample that was selected last, where it is shaded. For direct light this is unbiased and
         /// noisy in shadows, and no BSDF samples are drawn. Paths of indirect light are traced anyway, so for them `final`
         /// means `initial`.
         Final,
-        /// A test of the selected initial candidate, and another one where the selected sample is shaded. Biased: the
-        /// picture is too dark.
+        /// A shadow ray tests the selected initial candidate, and another one tests the sample that is shaded at the end.
+        /// This is biased: the picture is too dark.
         Initial,
-        /// A test in every target function that a merge evaluates: one ray per target function with `mis=balance`, two rays
-        /// for a pairwise merge. Unbiased.
+        /// Shadow rays test the samples in every target function that a merge evaluates: one ray per target function with
+        /// `mis=balance`, two rays for a pairwise merge. This is unbiased.
         #[default]
         Weights,
     }
@@ -97,13 +100,13 @@ crate::gpu_enum! {
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Format {
-        /// 16 bytes for direct and 32 for indirect light: the index of the triangle or light, and the point on it. Position,
-        /// normal, material and emission at the point are read from the scene.
+        /// A reservoir takes 16 bytes for direct and 32 for indirect light: it stores the index of the triangle or light,
+        /// and the point on it. Position, normal, material and emission at the point are read from the scene.
         #[default]
         Compact,
-        /// 44 bytes for direct and 60 for indirect light: the content of the compact format, and more. For direct light
-        /// these are position, normal and emission at the point on the light; for indirect light, position, normals and
-        /// material index at the second vertex of the path.
+        /// A reservoir takes 44 bytes for direct and 60 for indirect light: it stores the content of the compact format, and
+        /// more. For direct light these are position, normal and emission at the point on the light; for indirect light,
+        /// position, normals and material index at the second vertex of the path.
         Full,
     }
 }
@@ -112,12 +115,12 @@ crate::gpu_enum! {
     /// The order of pixels in the buffers of resampling with one entry per pixel; the setting `reservoirs.order` selects it.
     /// It changes the locality of memory access, never the picture.
     pub enum PixelOrder {
-        /// Row by row from the top, each row from left to right.
+        /// Pixels are stored row by row from the top, each row from left to right.
         #[default]
         Row,
-        /// Column by column from the left, each column from top to bottom.
+        /// Pixels are stored column by column from the left, each column from top to bottom.
         Column,
-        /// Square tile by square tile, and row by row within each tile. The side of a tile in pixels is
+        /// Pixels are stored tile by tile, and row by row within each tile. Tiles are squares, whose side in pixels is
         /// [`Specialisation::swizzle`](crate::Specialisation::swizzle).
         Swizzle,
     }

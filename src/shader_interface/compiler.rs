@@ -23,9 +23,11 @@ const ONCE: &str = "#pragma once\n";
 /// The amount of debug information in the compiled SPIR-V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Debug {
-    /// Only the names of variables, functions and bindings, which the program needs to bind buffers by name.
+    /// The only debug information is the names of variables, functions and bindings, which the program needs to bind buffers
+    /// by name.
     Names,
-    /// The names, the text of the source, and the source line of each instruction. Profilers and debuggers show them.
+    /// The SPIR-V contains the names, the text of the source, and the source line of each instruction. Profilers and
+    /// debuggers show them.
     Lines,
 }
 

@@ -18,15 +18,15 @@ crate::gpu_constants! {
     /// Alpha mode of a material with holes: its surface is opaque where its alpha is at least a threshold, and absent
     /// elsewhere.
     pub const ALPHA_MASK: u32 = 1;
-    /// Alpha mode of a material that covers only a part. Its alpha, in [0, 1], is the fraction of light that the surface
-    /// stops or reflects; the remaining light passes through.
+    /// Alpha mode of a partly transparent material. Its alpha, in [0, 1], is the fraction of light that the surface stops or
+    /// reflects; the remaining light passes through.
     pub const ALPHA_BLEND: u32 = 2;
     /// Bit in `GpuMaterial::flags` of a material that neither reflects nor receives light. The camera sees its base colour
     /// as radiance; all other rays see a black surface.
     pub const MATERIAL_UNLIT: u32 = 1;
     /// Bit in `GpuMaterial::flags` that a shader sets in its copy of the material if a texture or vertex colours change the
-    /// base colour at a point. The primary surface of the pixel (`SampleData`) must then store this colour, because it
-    /// differs from that in the buffer of materials.
+    /// base colour at a point. The shader must then store this colour in the pixel's `SampleData`, because it differs from
+    /// the colour in the buffer of materials.
     pub const MATERIAL_VARIES: u32 = 2;
     /// Wrap mode: outside of [0, 1], texture coordinates read the image as if it were repeated.
     pub const WRAP_REPEAT: u32 = 0;
@@ -36,12 +36,13 @@ crate::gpu_constants! {
     /// Wrap mode: outside of [0, 1], texture coordinates read the nearest texels at the edge of the image.
     pub const WRAP_CLAMP: u32 = 2;
     /// The minimum cosine between a shading normal and the direction to the viewer. A shading normal with a smaller cosine
-    /// is bent towards the viewer, because a visible surface that is seen from behind its normal would be black.
+    /// is bent towards the viewer. Otherwise a visible surface whose shading normal points away from the viewer would be
+    /// black.
     pub const MIN_FACING: f32 = 0.01;
-    /// The number of cells along each of the two sides of the table of the directional albedo, which is the fraction of
-    /// light that the specular lobe reflects for a cosine of the view direction and a roughness. Shaders use the table to
-    /// add the energy that single scattering loses. More cells make it more precise; it has `ALBEDO_CELLS` + 1 nodes per
-    /// side.
+    /// The number of cells along each of the two sides of the table of the directional albedo. The directional albedo is the
+    /// fraction of light that the specular lobe reflects, for a cosine of the view direction and a roughness. Shaders use it
+    /// to add the energy that single scattering loses. More cells make the table more precise; per side it has one node more
+    /// than cells.
     pub const ALBEDO_CELLS: u32 = 64;
     /// The number of 32-bit words of a reservoir of direct light in the compact format.
     pub const DIRECT_COMPACT_WORDS: u32 = 4;
@@ -104,8 +105,8 @@ crate::gpu_constants! {
     pub const STREAM_TEMPORAL: u32 = 2;
     /// Number of the random stream of the pilots: the first BSDF ray of each pixel, which direct and indirect light share.
     pub const STREAM_PILOTS: u32 = 3;
-    /// Number of the random stream with which primary rays decide whether they pass through a surface that covers only a
-    /// part of what is behind it (alpha mode blend).
+    /// Number of the random stream with which primary rays decide whether they pass through a partly transparent surface
+    /// (alpha mode blend).
     pub const STREAM_ALPHA: u32 = 4;
     /// Number of the random stream with which one pixel of each tile of the picture draws the entries of the tile's light
     /// list. Pixels near the tile draw their light samples from this list.
@@ -114,11 +115,11 @@ crate::gpu_constants! {
     /// the light list of this tile.
     pub const STREAM_TILES: u32 = 6;
     /// Number of the random stream with which surfaces fill the hash grid (reservoirs of direct light in cells of space). It
-    /// decides which slot of the grid a surface claims, and which sample the surface stores there. The next stream,
+    /// decides which slot of the grid a surface tries to fill, and which sample it stores there. The next stream,
     /// `STREAM_GRID + 1`, selects the reservoirs of the grid that a pixel merges.
     pub const STREAM_GRID: u32 = 7;
     /// Number of the random stream of the separate candidate that a pixel draws among rare lights. Rare lights are far
-    /// dimmer than the others and would almost never be selected against them.
+    /// dimmer than the others, so a pixel would almost never select them among all lights.
     pub const STREAM_RARE: u32 = 9;
     /// Number of the random stream of the first spatial pass. Spatial pass n of a frame, counted from 0, has the stream
     /// `STREAM_SPATIAL + n`.
@@ -132,14 +133,14 @@ crate::gpu_constants! {
     /// of scattering events before it; for a path that begins with a mirror reflection it is `STREAM_WORLD` + 2n + 1.
     pub const STREAM_WORLD: u32 = 128;
     /// The width and the height, in pixels, of a block of the picture. In each frame, the surface at one random pixel of
-    /// each block claims a slot of the hash grid and fills it with a reservoir of direct light. A larger block makes the
-    /// grid cheaper, but then the grid contains fewer reservoirs.
+    /// each block fills a slot of the hash grid with a reservoir of direct light, unless another surface takes this slot. A
+    /// larger block makes the grid cheaper, but then the grid contains fewer reservoirs.
     pub const GRID_BLOCK: u32 = 4;
     /// The maximum number of reservoirs of the hash grid that a pixel merges. The shader stores their indices in an array of
     /// this length.
     pub const MAX_GRID_MERGED: u32 = 16;
     /// The number of low bits, in an entry of a list of world reservoirs, that store the index of a path vertex plus 1. The
-    /// higher bits are random: if two vertices claim the same position of the list, the larger entry stays. There must be
+    /// higher bits are random: if two vertices write to the same position of the list, the larger entry stays. There must be
     /// fewer than 2²⁷ path vertices per frame.
     pub const WORLD_VERTEX_BITS: u32 = 27;
     /// The maximum number of world reservoirs that a path vertex merges. The shader stores their indices in an array of this
@@ -180,7 +181,7 @@ crate::gpu_constants! {
     /// the previous frame, and world reservoirs. Reservoirs of the hash grid are not counted.
     pub const COUNTER_NEIGHBOURS: u32 = 7;
     /// Index of the counter of path vertices whose world reservoir cannot be reused in the next frame, because the table has
-    /// no slot for their cell or the list of the cell has no free position for them.
+    /// no slot for their cell, or because another vertex takes their random position in the list of the cell.
     pub const COUNTER_DROPPED: u32 = 8;
     /// Index of the counter of 32-bit words that the pass read from buffers with an entry per pixel (primary surfaces,
     /// colour and its sums), reservoirs, pilots, light lists and world reservoirs. Reads of the scene and of tables are not

@@ -35,8 +35,8 @@ where
     const LENGTH: usize = N;
 }
 
-/// One member of a structure that Rust and GLSL share. Tests compare its offset, which is that in Rust, with the offset in
-/// the compiled shaders (SPIR-V).
+/// One member of a structure that Rust and GLSL share. Tests check that its offset in Rust is equal to its offset in the
+/// compiled shaders (SPIR-V).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Member {
     /// The name of the member in Rust and GLSL.

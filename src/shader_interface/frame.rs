@@ -77,13 +77,13 @@ crate::gpu_struct! {
         pub uniform_candidates: u32,
         /// Number of light samples: per pixel and frame for direct light, per path vertex for indirect light.
         pub light_samples: u32,
-        /// For direct light, the minimum probability that the separate candidate of a pixel among rare lights gets its
-        /// shadow ray. For indirect light, the probability that a path vertex draws a rare light instead of its usual light
-        /// samples. Rare lights are far dimmer than the others; without the specialisation constant `RARE_LIGHTS` this is
-        /// unused.
+        /// Probability for rare lights, which are far dimmer than the others; unused without the specialisation constant
+        /// `RARE_LIGHTS`. For direct light, each pixel draws a separate candidate among rare lights, and this is the minimum
+        /// probability that a shadow ray tests it. For indirect light, it is the probability that a path vertex draws a rare
+        /// light instead of its usual light samples.
         pub rare_lights: f32,
-        /// Number of the first light samples that are drawn from the light BVH; the light samples after them are drawn among
-        /// all lights. At points where the light BVH finds no light, all are drawn among all lights.
+        /// Number of light samples that are drawn from the light BVH. They are the first ones; the light samples after them
+        /// are drawn among all lights. At points where the light BVH finds no light, all are drawn among all lights.
         pub near_samples: u32,
         /// Fraction, in [0, 1], of the light samples that are drawn from the light BVH: `near_samples` / `light_samples`.
         /// With a single light sample, it is the probability that this sample is drawn from the light BVH.
@@ -94,16 +94,16 @@ crate::gpu_struct! {
         /// Maximum confidence with which a neighbour's reservoir enters a merge; 1 is the confidence of an initial
         /// reservoir.
         pub spatial_confidence_cap: f32,
-        /// Maximum number of neighbours that a spatial pass merges in a pixel with a history, which means that its reservoir
-        /// already contains one of the previous frame. For pixels without a history, the specialisation constant
-        /// `NEIGHBOURS` is the maximum.
+        /// Maximum number of neighbours that a spatial pass merges in a pixel with a history. A pixel has a history if its
+        /// reservoir already contains the reservoir of the previous frame. For pixels without a history, the specialisation
+        /// constant `NEIGHBOURS` is the maximum.
         pub neighbours: u32,
-        /// Maximum confidence that the merged reservoir of a pixel without a history may have afterwards; 1 is the
-        /// confidence of an initial reservoir. Such pixels merge many of the same samples, so they share their noise. The
+        /// Maximum confidence of the reservoir of a pixel without a history after it has merged neighbours; 1 is the
+        /// confidence of an initial reservoir. Such pixels merge many of the same samples, so their noise is alike. The
         /// limit prevents this noise from staying for many frames.
         pub confidence_without_history: f32,
-        /// Maximum number of random pixels that the search for neighbours tries for each wanted neighbour. With more than 1,
-        /// another pixel replaces one whose surface is too different.
+        /// Maximum number of random pixels that the search for neighbours tries for each wanted neighbour. If it is above 1,
+        /// the search tries another pixel after one whose surface is too different.
         pub tries: u32,
         /// Radius, in pixels, of the disc around a pixel in which its neighbours are searched.
         pub radius: f32,
@@ -131,8 +131,8 @@ crate::gpu_struct! {
         /// Number of slots for reservoirs in the whole grid. It is a power of two, because the shaders mask hashes to find a
         /// slot.
         pub slots: u32,
-        /// Number of surfaces that claim a slot in order to fill it with a reservoir: one per block of pixels, or one per
-        /// point of the list of points.
+        /// Number of surfaces that try to fill a slot with a reservoir: one per block of pixels, or one per point of the
+        /// list of points. If several try to fill the same slot, one of them succeeds.
         pub sources: u32,
         /// Maximum number of reservoirs in each bin of a cell, among which pixels select at random.
         pub reservoirs: u32,
@@ -185,14 +185,14 @@ crate::gpu_struct! {
         /// Maximum confidence with which each reservoir of the previous frame enters a merge; 1 is the confidence of all
         /// light samples of a vertex together.
         pub confidence_cap: f32,
-        /// 1: a vertex stores the sample that its merge selected, for the next frame; 0: it stores the sample that was
-        /// selected among its own light samples. With 1, a vertex still stores the latter if a channel of its diffuse albedo
-        /// is at most 0.01, or if its shading normal differs from its geometric normal.
+        /// 1: a vertex stores, for the next frame, the sample that its merge selected; 0: it stores the sample that was
+        /// selected among its own light samples. Even with 1, a vertex stores the sample selected among its own if a channel
+        /// of its diffuse albedo is at most 0.01, or if its shading normal differs from its geometric normal.
         pub keeps_merged: u32,
         /// Number of vertices per path that store and merge world reservoirs, beginning with the path's second vertex (the
         /// surface that the first ray hits after the surface that the camera sees).
         pub depth: u32,
-        /// Number of path vertices that may store a world reservoir in a frame: `depth` for each slot for a pixel. The
+        /// Number of path vertices that may store a world reservoir in a frame: `depth` × `RestirConstants::slots`. The
         /// buffers of a frame have one entry for each of them.
         pub vertices: u32,
         /// Number of buckets of the hash table that maps the key of a cell to the cell's list of vertices. It is a power of

@@ -25,9 +25,9 @@ crate::gpu_struct! {
         /// Coordinates (x, y) of the pixel that drew the sample, in the picture of the frame in which the sample was drawn.
         /// (−1, −1) if the reservoir is empty, or if reservoirs do not store origins.
         pub source: Vec2,
-        /// Ratio of two solid angles of the sample: as seen from this pixel's surface, to that as seen from the surface that
-        /// drew the sample. It is the product of the Jacobians of all shifts of the sample from pixel to pixel. 0 if the
-        /// reservoir is empty, or if reservoirs do not store origins.
+        /// Solid angle of the sample as seen from this pixel's surface, divided by its solid angle as seen from the surface
+        /// that drew the sample. It is the product of the Jacobians of all shifts of the sample from pixel to pixel. 0 if
+        /// the reservoir is empty, or if reservoirs do not store origins.
         pub jacobian: f32,
     }
 }
@@ -38,8 +38,8 @@ crate::gpu_struct! {
     pub struct SampleData {
         /// Distance from the camera to the surface along the primary ray, in the device's unit of length.
         pub depth: f32,
-        /// Geometric and shading normal in world space, each in octahedral coordinates of 22 bits. The remaining 8 bits are
-        /// the exponent of the distance from the surface at which new rays begin, so that they do not hit the surface
+        /// Geometric and shading normal in world space, each as two octahedral coordinates of 22 bits. The remaining 8 bits
+        /// are the exponent of the distance from the surface at which new rays begin, so that they do not hit the surface
         /// itself.
         pub packed_normals: UVec3,
         /// Index of the surface's material in the buffer `materials`.
@@ -54,9 +54,9 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Sums over the samples of a pixel of their radiance and of their squared radiance, RGB, in the device's unit of
-    /// radiance. Each sum is stored as two floats, the rounded sum and its rounding error, so that the error of f32 does not
-    /// grow with the number of samples.
+    /// The sum of the radiance of a pixel's samples and the sum of their squared radiance, RGB, in the device's unit of
+    /// radiance and in its square. Each sum is stored as two floats, the rounded sum and its rounding error, so that the
+    /// error of f32 does not grow with the number of samples.
     pub struct PixelSums {
         /// Sum of the radiance of all samples, rounded to f32.
         pub sum: Vec3,

@@ -32,7 +32,8 @@ crate::gpu_struct! {
         /// if the instance emits no light.
         pub first_light: u32,
         /// Index of the instance in the scene, as the AOV `instance` shows it. If meshes of several instances were merged
-        /// into this one, it is the number to which an offset of each triangle, from `triangle_parts`, is added.
+        /// into this one, the index can differ from triangle to triangle: it is this number plus the triangle's offset in
+        /// `triangle_parts`.
         pub id: u32,
         /// Indices of the mesh's first triangle in the buffer `uvs`, counted in triangles: x for the first set of texture
         /// coordinates, y for the second one. NONE for a set that the mesh does not have.
@@ -135,8 +136,8 @@ crate::gpu_struct! {
         pub double_sided: u32,
         /// Index in the buffer `instances` of the instance to which the triangle belongs.
         pub instance: u32,
-        /// Index of the triangle among the triangles of its instance's mesh. Shaders need it to look up alpha, which is 0 in
-        /// holes that emit no light; NONE if the triangle has no holes.
+        /// Index of the triangle among the triangles of its instance's mesh, if its material has the alpha mode ALPHA_MASK;
+        /// otherwise NONE. Shaders need it to look up alpha, because holes in the triangle emit no light.
         pub primitive: u32,
         /// Unused; it makes the size a multiple of four words, as `load_lights` in the shaders requires.
         pub padding: u32,
@@ -262,9 +263,9 @@ crate::gpu_struct! {
     pub struct GpuLightEntry {
         /// First array, with one element per light of the BVH: the index of the light among the scene's lights of all kinds.
         pub light: u32,
-        /// First array, with one element per light of the BVH: the smallest of the consecutive integers that select this
-        /// light. The integers of the next light follow. A light is drawn from its node by a random integer, so a light with
-        /// more integers is drawn more often.
+        /// First array, with one element per light of the BVH: the smallest of the integers that select this light. These
+        /// integers are consecutive, and those of the next light follow. A random integer draws a light from its node, so a
+        /// light with more integers is drawn more often.
         pub before: u32,
         /// Second array, with one element per light of the scene: the index of the leaf node that contains the light; NONE
         /// if the BVH does not contain it, such as the environment.
@@ -277,11 +278,11 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// A slot of the hash grid, which stores reservoirs of direct light in cells of space. Each slot can store one
-    /// reservoir, which one of the surfaces that claim the slot fills.
+    /// reservoir. Several surfaces may claim a slot, which means that they ask to fill it; one of them fills it.
     pub struct GpuGridSlot {
-        /// Claim of the surface that fills the slot in this frame; 0: the slot is free. The low bits are the index of the
-        /// surface plus 1, the bits above them are random. If several surfaces claim the slot, the largest number wins, so
-        /// that the result does not depend on the order of threads.
+        /// Number by which a surface claims the slot in this frame; 0: no surface claims it. The low bits are the index of
+        /// the surface plus 1, the bits above them are random. If several surfaces claim the slot, the largest number wins,
+        /// so that the result does not depend on the order of threads.
         pub claim: u32,
         /// Hash of the cell of space, and of the bin of normals, to which the slot's reservoir belongs. Pixels compare it
         /// with the hash of their own cell and bin, because several cells may use the same slot.

@@ -1,6 +1,6 @@
-//! The declarations of the buffers that hold a scene on the device, such as its triangles, materials and lights. From one
-//! declaration per buffer, macros generate the GLSL code that reads the buffer and the field of its address in
-//! [`SceneTable`]. In `device_scene/buffers.rs`, they generate the fields for its contents and its size in bytes.
+//! The declarations of the buffers that hold a scene on the device, such as its triangles, materials and lights. Macros
+//! generate three things from each declaration: the GLSL code that reads the buffer, the field of [`SceneTable`] with the
+//! buffer's address, and, in `device_scene/buffers.rs`, fields for the buffer's contents and size.
 
 use crate::declare::{GpuStruct, Member, StructLayout};
 use crate::{
@@ -36,9 +36,9 @@ pub enum Elements {
     Records(StructLayout),
 }
 
-/// Calls the macro that the argument names with the declarations of all buffers of a scene, so that each caller generates
-/// its own items from them. A declaration has a doc comment, the name of the buffer, the Rust type of an element, the access
-/// of shaders ([`Elements`]), and a function that computes the number of elements from the scene's `ElementCounts`.
+/// Passes the declarations of all buffers of a scene to another macro, whose name is the argument. That macro generates
+/// items from them. A declaration has a doc comment, the name of the buffer, the Rust type of an element, the access of
+/// shaders ([`Elements`]), and a function that computes the number of elements from the scene's `ElementCounts`.
 #[macro_export]
 macro_rules! scene_buffers {
     ($($declare:tt)+) => {
@@ -56,10 +56,11 @@ macro_rules! scene_buffers {
             /// triangle, one for each corner. An entry has red, green, blue and alpha, 16 bits each, which represent the
             /// range [0, 1].
             colors: [[UVec2; 3]] as Plain("uvec2"); |c| c.color_triangles;
-            /// For each triangle of a mesh that has several parts (runs of triangles with one material), emits light or is
-            /// merged from several meshes: the index of the triangle's material, its rank among the emissive triangles of
-            /// the mesh (NONE if it emits no light), and an offset. Added to `GpuInstance::id`, the offset gives the index
-            /// that the triangle's instance had before meshes were merged. Other meshes have no entries.
+            /// One entry per triangle, but only for some meshes: those that have several parts (runs of triangles with one
+            /// material), emit light, or are merged from several meshes. An entry has the index of the triangle's material,
+            /// the triangle's rank among the emissive triangles of the mesh (NONE if it emits no light), and an offset.
+            /// Added to `GpuInstance::id`, the offset gives the index that the triangle's instance had before meshes were
+            /// merged.
             triangle_parts: [UVec3] as Plain("uvec3"); |c| c.part_triangles;
             /// For each leaf of the tree over the instances, which the compute tracer traverses, the index of the leaf's
             /// instance in the buffer `instances`. The leaves of the current frame's tree come first. If something moves,
@@ -171,8 +172,8 @@ impl Elements {
 }
 
 /// The name of the buffer of the light BVH (a tree from which light samples are drawn). The buffer holds all nodes of the
-/// tree, then one entry per light. It is bound by a descriptor only and has no address in [`SceneTable`], because the table
-/// belongs to the scene, but each renderer has a light BVH of its own.
+/// tree, then one entry per light. It is bound by a descriptor only and has no address in [`SceneTable`]: the table belongs
+/// to the scene, but each renderer builds its own light BVH.
 pub const LIGHT_BVH: &str = "light_bvh";
 
 /// The text of the generated file `light_bvh_buffer.glsl`: the declaration of the light BVH's buffer, and the functions
@@ -231,8 +232,8 @@ fn binding(name: &str, glsl: &str) -> String {
 
 /// The GLSL text of the function `NAME_words(index)`, which reads four words of the buffer `name`. If the preprocessor macro
 /// `FETCH_TEXELS` is 1, it reads them as one texel; otherwise it reads them from the buffer that the GLSL text `array`
-/// declares. Texels are faster on the driver llvmpipe, which fetches the four words of a texel at once for each lane, but
-/// reads a buffer word by word, each word behind a branch.
+/// declares. Texels are faster on the driver llvmpipe: it fetches the four words of a texel at once for each lane, but reads
+/// the words of a buffer one by one, with a branch for each word.
 fn words(name: &str, array: &str) -> String {
     format!(
         "#if FETCH_TEXELS\n\

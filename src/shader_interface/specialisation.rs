@@ -72,10 +72,10 @@ crate::gpu_specialisation! {
         /// sample seen from that pixel's surface, and the number of neighbours that were merged.
         pub keeps_debug_words: bool = false,
         /// True if the pass counts rays, lanes in use, merged neighbours and memory traffic for profiles, which costs time.
-        /// Faults, such as rejected values, are counted always.
+        /// Faults, such as rejected values, are counted even if this is false.
         pub counting: bool = false,
-        /// Index of the pass's first counter in the buffer of counters. All passes share this buffer, and each has a range
-        /// of its own, so that reports can state the counts of each pass.
+        /// Index of the pass's first counter in the buffer of counters. All passes share this buffer. Each pass writes to a
+        /// separate range of it, so that reports can state the counts of each pass.
         pub first_counter: u32 = 0,
         /// True if a separate pass has traced the pilot of each pixel, which is the pixel's first BSDF ray, and has stored
         /// its hit. The pass of direct light then reads this hit as its first BSDF candidate.
@@ -85,23 +85,23 @@ crate::gpu_specialisation! {
         /// Shaders do not use it if `reservoir_soa` is true.
         pub pilot_stride: u32 = PILOT_WORDS,
         /// The kind of MIS weights of a merge. They divide the weight of a sample among the reservoirs that could have drawn
-        /// it, and decide on the cost, the noise and the bias of the merge.
+        /// it. The kind affects the cost, the noise and the bias of the merge.
         pub mis: Mis = Mis::Defensive,
-        /// The step of resampling at which shadow rays test whether a sample is visible from the shading point. It decides
-        /// on bias, noise and the number of rays.
+        /// The step of resampling at which shadow rays test whether a sample is visible from the shading point. It affects
+        /// the bias, the noise and the number of rays.
         pub visibility: Visibility = Visibility::Weights,
         /// Maximum number of neighbouring pixels whose reservoirs one spatial merge reads. The shader has arrays with one
         /// element for each of these reservoirs.
         pub neighbours: u32 = 3,
-        /// True if rare lights, which are far dimmer than the others, have candidates and shadow rays of their own and are
-        /// not resampled. The other lights are then drawn from an alias table without rare lights.
+        /// True if rare lights, which are far dimmer than the others, are sampled separately, with additional candidates and
+        /// shadow rays, and without resampling. The other lights are then drawn from an alias table without rare lights.
         pub rare_lights: bool = false,
         /// True if some of the light samples at a shading point are drawn from the light BVH, a tree that finds the lights
         /// that matter at that point. The others are drawn from an alias table for the whole scene.
         pub light_bvh: bool = false,
-        /// True if direct light takes its samples from light lists where it would draw them from the light BVH, a tree over
-        /// lights. One pixel of each tile (a square of pixels) draws a list of lights from the tree for all pixels of the
-        /// tile.
+        /// True if direct light takes samples from light lists instead of from the light BVH, a tree over lights. One pixel
+        /// of each tile (a square of pixels) draws a list of lights from the tree. Each pixel then takes samples from the
+        /// list of its own tile or of a tile beside it, selected at random.
         pub light_lists: bool = false,
         /// The surfaces that fill the hash grid, which stores reservoirs of direct light in cells of space for reuse by
         /// surfaces in the same cell. `None` if the pass merges no reservoirs of a hash grid.

@@ -5,46 +5,47 @@
 /// The method by which shaders trace rays. The program selects it by the device, unless the user requests one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Tracer {
-    /// Ray queries (`rayQueryEXT`) on acceleration structures that the driver builds: fast on GPUs with ray tracing
-    /// hardware, but not supported on every device.
+    /// Shaders trace rays by ray queries (`rayQueryEXT`) in acceleration structures that the driver builds. This is fast on
+    /// GPUs with ray tracing hardware, but not every device supports it.
     RayQuery,
-    /// Traversal in the compute shader of compressed BVHs with eight children per node, which the program builds: it runs on
-    /// every device.
+    /// Compute shaders traverse compressed BVHs with eight children per node, which the program builds. This works on every
+    /// device.
     ComputeBvh,
 }
 
-/// The access of shaders to the buffers of a scene and of world reservoirs (reservoirs of path vertices, found by position).
-/// It does not apply to those buffers of the scene that shaders read as texels ([`Fetch::Texels`]).
+/// The way in which shaders access the buffers of a scene and of world reservoirs (reservoirs of path vertices, found by
+/// position). It does not apply to those buffers of the scene that shaders read as texels ([`Fetch::Texels`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum GeometryAccess {
-    /// Storage buffers that are bound by descriptors: supported everywhere, and shown by name in captures of debuggers. The
-    /// device limits the size of a buffer that a descriptor can bind.
+    /// Shaders access storage buffers that are bound by descriptors. Every device supports this, and debuggers show the
+    /// names of the buffers. The device limits the size of a buffer that a descriptor can bind.
     StorageBuffers,
-    /// Addresses of buffers in device memory: the limit for the size of a bound buffer does not apply, but not every device
-    /// supports addresses.
+    /// Shaders access buffers by their addresses in device memory. The limit for the size of a bound buffer then does not
+    /// apply, but not every device supports addresses.
     BufferAddresses,
 }
 
-/// The access of shaders to the data that they read four 32-bit words at a time: nodes of trees, positions, instances,
-/// materials, lights and the primary surfaces of pixels. Rules select it by the limits of the device and the size of the
-/// scene.
+/// The way in which shaders read data in groups of four 32-bit words: nodes of trees, positions, instances, materials,
+/// lights and the primary surfaces of pixels. The program selects it by the limits of the device and the size of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Fetch {
-    /// As texels of four words, through a texel buffer (`utextureBuffer`). The driver llvmpipe reads the four words of a
+    /// Shaders read the four words as one texel of a texel buffer (`utextureBuffer`). The driver llvmpipe fetches such a
     /// texel in one access.
     Texels,
-    /// As words of a buffer that shaders read through a descriptor or by its address, whichever [`GeometryAccess`] selects.
+    /// Shaders read the four words from a storage buffer, through a descriptor or by its address, as [`GeometryAccess`]
+    /// selects.
     Words,
 }
 
-/// The access of shaders to the texels of textures. Both choices give the same bits of the picture.
+/// The way in which shaders read the texels of textures. Both ways give the same bits of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Textures {
-    /// From one buffer with the texels of all images, which shaders read as [`GeometryAccess`] selects. It runs on every
-    /// device.
+    /// Shaders read the texels of all images from one buffer, through a descriptor or by its address, as [`GeometryAccess`]
+    /// selects. This works on every device.
     Buffer,
-    /// From an array of Vulkan images (descriptor indexing). The texels of all images need not fit into one buffer, but not
-    /// every device supports such an array.
+    /// Shaders read texels from an array of Vulkan images, one for each image of the scene (descriptor indexing). Unlike
+    /// with [`Self::Buffer`], the texels of all images need not fit into one buffer, but not every device supports such an
+    /// array.
     Images,
 }
 

@@ -11,10 +11,12 @@ use std::collections::BTreeMap;
 const PANEL: (u32, u32) = (360, 300);
 /// The height of a line of the legend below the panels, in pixels. There is one line for each configuration.
 const LINE: u32 = 20;
-/// The maximum horizontal distance between the error bars of two configurations next to each other that belong to the same
-/// value of the parameter, as a fraction of the axis. Without a distance, one bar would hide the other.
+/// The maximum horizontal distance between two neighbouring error bars, as a fraction of the length of the axis. If several
+/// configurations have an error bar at the same value of the parameter, the bars are drawn side by side, because otherwise
+/// one bar would hide the others.
 const BESIDE: f64 = 0.012;
-/// The minimum number of scenes that must differ only in one parameter, so that the figure has panels for this parameter.
+/// The minimum number of scenes for which the figure has panels for a parameter. These scenes must differ only in the value
+/// of this parameter.
 const LEAST: usize = 3;
 /// The colours of the configurations, which colour-blind people can distinguish (Okabe and Ito, 2008). If there are more
 /// configurations than colours, the colours are used again from the first one on.
@@ -44,8 +46,9 @@ struct Point {
 type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
 
 /// Draws a figure from the rows of a study's results, and returns the text of an SVG file. For each parameter in which at
-/// least three scenes differ, the figure has a panel with the error and a panel with the bias of every configuration. Only
-/// scenes with a single parameter, whose value is a positive number, count. Returns `None` if there is no such parameter.
+/// least three scenes differ, the figure has a panel with the error and a panel with the bias of every configuration. Scenes
+/// are ignored unless they have exactly one parameter and its value is a positive number. Returns `None` if there is no
+/// panel to draw.
 ///
 /// # Errors
 /// The drawing library fails.

@@ -19,16 +19,17 @@ use super::subject::path_tracing;
 use crate::metrics::statistics::{Estimate, kolmogorov_smirnov_p_value, t_tail, welch_p_value};
 use serde::Serialize;
 
-/// The largest half-width of the 99 % interval of a bias with which a verdict can be `unbiased`, as a fraction of the
-/// reference's mean. A configuration that is expected to be unbiased gets more seeds while its interval is wider.
+/// The limit for the half-width of the 99 % interval of a bias, as a fraction of the reference's mean. A verdict can be
+/// `unbiased` only if the half-width is not larger. A configuration that is expected to be unbiased gets more seeds while
+/// its half-width is larger.
 pub const WIDEST: f64 = 0.005;
-/// The largest half-width of the 99 % interval of the mean of a reference's picture, as a fraction of this mean. A study
-/// refuses a reference with a larger half-width. The limit is below [`WIDEST`], because the interval of a bias contains the
-/// error of the reference and also the error of the runs.
+/// The limit for the half-width of the 99 % interval of a reference's mean, as a fraction of this mean. A study refuses a
+/// reference whose half-width is larger. The limit is below [`WIDEST`], because the interval of a bias contains the error of
+/// the reference and also the error of the runs.
 pub const WIDEST_REFERENCE: f64 = 0.004;
-/// The accepted probability, in [0, 1], that any of the tests that are corrected together gives a false alarm. Holm's method
-/// corrects p-values for the number of tests. If a corrected p-value is below this level, the configuration counts as
-/// biased.
+/// The accepted probability, in [0, 1], that the tests find a bias where there is none. It applies to all tests together
+/// that Holm's method corrects together; this method corrects p-values for the number of tests. If a corrected p-value is
+/// below this level, the configuration counts as biased.
 pub const LEVEL: f64 = 0.01;
 /// The minimum number of runs with fresh seeds that decide after an alarm, which is a sign of bias in the first runs. If the
 /// alarm came from more seeds than this, the number of fresh seeds is as large as theirs.
@@ -121,9 +122,9 @@ impl Bias {
         self.half_width.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The smallest bias that the test finds with a probability of 90 %, as a fraction of the reference's mean, in the
-    /// channel where it is largest. `tests` is the number of tests that are corrected together; with more tests, only a
-    /// larger bias is found.
+    /// The smallest bias that the test finds with a probability of 90 %, as a fraction of the reference's mean. It is
+    /// computed for each channel, and the largest of the three values is returned. `tests` is the number of tests that are
+    /// corrected together; with more tests, only a larger bias is found.
     pub fn detectable(&self, tests: usize) -> f64 {
         let level = LEVEL / tests.max(1) as f64;
         let each = [0, 1, 2].map(|c| {
@@ -201,9 +202,9 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
     (2.0 * all.min(worst)).min(1.0)
 }
 
-/// The control of a configuration, with whose blocks of pixels its own blocks are compared. It renders the same light by
-/// path tracing, which has no bias, at the time of the configuration's last frame. `samples` is its number of samples per
-/// pixel.
+/// The control of a configuration. It renders the same light by path tracing, which has no bias, at the time of the
+/// configuration's last frame. The blocks of pixels of the configuration are compared with those of the control. `samples`
+/// is the number of samples per pixel of the control.
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),

@@ -1,5 +1,5 @@
-//! Measures the bias of blocks of pixels. It also shows a bias that cancels over the whole picture, for example where light
-//! is blurred.
+//! Measures the bias of blocks of pixels. Unlike the bias of the mean of the picture, it is not 0 if positive and negative
+//! biases cancel over the picture, for example where light is blurred.
 
 use super::reference::Reference;
 use super::run::Run;

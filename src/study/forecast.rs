@@ -8,14 +8,15 @@ use std::time::Duration;
 /// done predicts the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effort {
-    /// Rendering references, the path-traced pictures that runs are compared with. A step is one sample per pixel.
+    /// The study renders references, which are path-traced pictures that runs are compared with. A step is one sample per
+    /// pixel.
     References,
-    /// Rendering the runs of configurations. A step is one frame.
+    /// The study renders the runs of configurations. A step is one frame.
     Runs,
-    /// Rendering controls: runs of path tracing with as much noise as a configuration, for the test of blocks. A step is one
-    /// frame.
+    /// The study renders controls, which are runs of path tracing with as much noise as a configuration. The test of blocks
+    /// compares runs with them. A step is one frame.
     Controls,
-    /// Rendering a run again: to find data races, which change its bits, and to count rays. A step is one frame.
+    /// The study renders a run again, to find data races, which change its bits, or to count rays. A step is one frame.
     Repeats,
 }
 

@@ -27,8 +27,8 @@ pub struct Plan {
     /// The width of the pictures in pixels. The height follows from the aspect ratio of each scene's camera.
     #[serde(default = "default_width")]
     pub width: u32,
-    /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the last
-    /// frame. If frames show the same time and do not depend on each other, it is measured in the mean of all.
+    /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the mean of
+    /// all frames if they show the same time and do not depend on each other, otherwise in the last frame.
     #[serde(default = "one")]
     pub frames: u32,
     /// The number of frames per second of time in the scene, so that the scene moves from frame to frame. `None`: all frames
@@ -99,12 +99,12 @@ fn default_spp() -> u32 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Expect {
-    /// The plan claims that the configuration has no bias. The study fails if the check finds one. If the interval of the
-    /// bias is too wide for a proof, the study renders more seeds, up to `most_seeds`.
+    /// The plan expects that the configuration has no bias, and the study fails if the check finds one. If the interval of
+    /// the bias is too wide for a proof, the study renders more seeds, up to `most_seeds`.
     Unbiased,
-    /// The plan states that the configuration has a bias. The study measures its size, and no verdict makes it fail.
+    /// The plan expects that the configuration has a bias. The study measures its size, and no verdict makes the study fail.
     Biased,
-    /// The plan states nothing about a bias of the configuration. No verdict makes the study fail.
+    /// The plan expects nothing about a bias of the configuration, and no verdict makes the study fail.
     Any,
 }
 
@@ -177,8 +177,8 @@ pub struct Resolved {
     pub name: String,
     /// All settings: those of the preset, to which the changes of the plan are applied.
     pub settings: Settings,
-    /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the last
-    /// frame. If frames show the same time and do not depend on each other, it is measured in the mean of all.
+    /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the mean of
+    /// all frames if they show the same time and do not depend on each other, otherwise in the last frame.
     pub frames: u32,
     /// The map from the index of a frame to the time in the scene that the frame shows.
     pub clock: Clock,
@@ -228,7 +228,8 @@ impl Plan {
     /// checked only by [`Self::resolve`].
     ///
     /// # Errors
-    /// The text is not TOML, a key is unknown or missing, or a value is not possible in any plan.
+    /// The text is not TOML, a key is unknown or missing, a number is out of range, or the plan has no scenes, or neither
+    /// configurations nor sweeps.
     pub fn parse(origin: &str, text: &str) -> Result<Self> {
         let source = TomlText::new(origin, text);
         let plan = Self {
@@ -274,7 +275,7 @@ impl Plan {
     /// # Errors
     /// A preset, a setting or a configuration's scene is unknown; a value is out of range; a sweep has no values; there are
     /// too many configurations; settings of indirect light are changed although there is none; frames of different times
-    /// would be accumulated; or two configurations have one name.
+    /// would be accumulated; or two configurations have the same name.
     pub fn resolve(&self) -> Result<Vec<Resolved>> {
         let products = self.sweeps.iter().map(|sweep| Product::of(&sweep.over));
         let products: Vec<Product<'_>> =
@@ -395,7 +396,7 @@ impl Plan {
     }
 
     /// Divides the numbers of seeds and the numbers of samples of references by four, with a minimum of 2. The option
-    /// `--quick` uses it for a first look at a study, whose results prove nothing.
+    /// `--quick` uses this: the study is faster, but its results prove nothing.
     pub fn quicken(&mut self) {
         self.most_seeds = Some(self.most_seeds());
         let counts = [&mut self.seeds, &mut self.reference_spp].into_iter();

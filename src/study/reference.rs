@@ -153,9 +153,9 @@ impl Reference {
         self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
     }
 
-    /// The ratio of the luminance of a pixel of `picture` to that of the reference, as the median over pixels. Only pixels
-    /// count that are lit in the reference and show no emitter. If the median is below 1, most of them lack light; it is 1
-    /// if there are no such pixels.
+    /// The median, over pixels, of the ratio of a pixel's luminance in `picture` to its luminance in the reference. Pixels
+    /// that are black in the reference or show an emitter are left out. If the median is below 1, most of the other pixels
+    /// are too dark; it is 1 if there are no other pixels.
     pub fn median_ratio(&self, picture: &[[f32; 3]]) -> f64 {
         let pixels = picture.iter().zip(&self.mean).zip(&self.emission);
         let lit = pixels.filter(|(_, emission)| **emission == [0.0; 3]);
@@ -173,8 +173,9 @@ impl Reference {
     }
 
     /// The positive values by which biases are divided: one for the mean of each channel, and one for the luminance of all
-    /// blocks. They are the means of the reference without emission. Where such a mean is 0 or only rounding, the mean of
-    /// the brightest channel replaces it or, if all channels are black, the emission; without emission it is 1.
+    /// blocks. They are the means of the reference without emission. A mean that is 0, or so small that it may be only
+    /// rounding, is replaced by that of the brightest channel. If all channels are black, the mean emission replaces it or,
+    /// without emission, the value 1.
     pub fn scale(&self) -> ([f64; 3], f64) {
         let (mean, blocks) = self.reduce(&self.mean);
         let (rounding, rounded_blocks) = self.rounding();

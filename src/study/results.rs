@@ -33,17 +33,19 @@ pub struct Row {
     /// channels of (a − b)² / (b² + 0.01), where a is the value in the frame and b the value in the reference.
     pub relmse: Vec<f64>,
     /// For each frame, Pearson's correlation of the errors of all pixels with their errors in the previous frame, as the
-    /// mean over seeds. It is in [−1, 1]: 1 means that the noise stands still, 0 that it changes. Frame 0 has 0.
+    /// mean over seeds. It is in [−1, 1]: 1 means that both frames have the same noise, 0 that their noise is independent.
+    /// Frame 0 has 0.
     pub correlation: Vec<f64>,
-    /// For each frame, the ratio of the luminance of a pixel to that of the reference: the median over lit pixels, and then
-    /// the mean over seeds. If it is below 1, most lit pixels lack light.
+    /// For each frame, the median of the ratio of a pixel's luminance to its luminance in the reference, as the mean over
+    /// seeds. The median is over the pixels that [`Reference::median_ratio`](super::reference::Reference::median_ratio)
+    /// selects. If it is below 1, most of them are too dark.
     pub median: Vec<f64>,
     /// The time of each pass in one frame, in milliseconds: the median over the frames of a run, and then the median over
     /// runs. Frame 0 (if a run has more frames) and the first execution of each pass are left out, because their times
     /// differ.
     pub milliseconds: Milliseconds,
     /// The time of each pass when it was executed for the first time, in milliseconds; some drivers compile the pass then.
-    /// The times come from the first of the runs that has any. Empty if none has.
+    /// The times are taken from the first run that has such times; the list is empty if no run has them.
     pub first_runs: Milliseconds,
     /// The counts of each pass in the last frame, such as the number of rays, from a repetition of the run with the first
     /// seed. Empty unless the plan requests counts.
@@ -57,10 +59,11 @@ pub struct Row {
     /// The bias of the picture's mean, estimated from the runs with the first seeds. After an alarm, [`Self::confirmation`]
     /// has the bias that decides.
     pub bias: Bias,
-    /// The root mean square of the bias of blocks of 8 × 8 pixels, which does not decide about the verdict. Null for fewer
-    /// than three runs.
+    /// The root mean square of the bias of blocks of 8 × 8 pixels. The verdict does not depend on it. Null for fewer than
+    /// three runs.
     pub block_bias: Option<BlockBias>,
-    /// The p-value of the comparison of blocks of 8 × 8 pixels with those of path tracing with similar noise. A small value
+    /// The p-value of two tests of blocks of 8 × 8 pixels, combined: whether their errors are distributed as those of path
+    /// tracing with similar noise, and whether the block that is farthest from the reference has a bias. A small value
     /// raises an alarm. It would be exact if blocks were independent. It is 1 in rows that do not expect `unbiased`.
     pub blocks_p_value: f64,
     /// The result of the runs with fresh seeds, which alone decide if the first seeds raised an alarm (a sign of bias). Null
@@ -186,8 +189,8 @@ impl Row {
         }
     }
 
-    /// A text for the user about the work that would decide the row, with the name of the plan's key to raise. `None` unless
-    /// the row expects `unbiased` and its verdict is `undecided`.
+    /// A text for the user about the work that would decide the row. It names the key of the plan whose value the user
+    /// should raise. `None` unless the row expects `unbiased` and its verdict is `undecided`.
     pub fn open_question(&self) -> Option<String> {
         let missing = self.missing.filter(|_| self.expect == Expect::Unbiased)?;
         let (Some(seeds), Some(minutes)) = (missing.seeds, missing.minutes) else {
@@ -204,8 +207,10 @@ impl Row {
         ))
     }
 
-    /// True if the first seeds raise an alarm, which is a sign of bias, so that fresh seeds must decide. `rows` is the
-    /// number of rows that are tested together; the p-values of this row are compared with [`LEVEL`] divided by it.
+    /// True if the first seeds raise an alarm (a sign of bias), so that fresh seeds must decide. They raise one if
+    /// [`Self::blocks_p_value`] is below [`LEVEL`] / `rows`, or if the smallest p-value of the three colour channels is
+    /// below a third of that. `rows` is the number of rows of the same scene; the more there are, the stronger the sign must
+    /// be.
     pub fn alarms(&self, rows: usize) -> bool {
         let level = LEVEL / rows.max(1) as f64;
         let least = self.bias.p_values.iter().copied().fold(1.0, f64::min);

@@ -38,17 +38,17 @@ pub struct Run {
     /// / (b² + 0.01), where a is the value in the frame and b the value in the reference.
     pub relmse: Vec<f64>,
     /// For each frame, Pearson's correlation of the errors of all pixels with their errors in the previous frame. It is in
-    /// [−1, 1]: 1 means that the noise stands still, 0 that it changes. Frame 0 has 0.
+    /// [−1, 1]: 1 means that both frames have the same noise, 0 that their noise is independent. Frame 0 has 0.
     #[serde(default)]
     pub correlation: Vec<f64>,
-    /// For each frame, the median ratio of its luminance to that of the reference
-    /// ([`Reference::median_ratio`](super::reference::Reference::median_ratio)). If it is below 1, most lit pixels lack
-    /// light.
+    /// For each frame, the median of the ratio of a pixel's luminance to its luminance in the reference
+    /// ([`Reference::median_ratio`](super::reference::Reference::median_ratio)). If it is below 1, most lit pixels are too
+    /// dark.
     #[serde(default)]
     pub median: Vec<f64>,
-    /// The mean radiance of each channel over the pixels of the last frame, without emission that the camera sees directly.
-    /// If frames show the same time and do not depend on each other, it is the mean over the pixels of all frames. The test
-    /// for bias uses it.
+    /// The mean radiance of each channel, without emission that the camera sees directly. It is the mean over the pixels of
+    /// all frames if they show the same time and do not depend on each other, otherwise over those of the last frame. The
+    /// test for bias uses it.
     pub mean: [f64; 3],
     /// The mean luminance of each block of 8 × 8 pixels, row by row, without directly visible emission. The means are over
     /// the same frames as [`Self::mean`].

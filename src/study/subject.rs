@@ -267,8 +267,8 @@ impl Subject {
     }
 }
 
-/// The settings of path tracing that renders the same light as `settings` does. References, and the controls with which
-/// blocks are compared, are rendered with them.
+/// The settings with which path tracing renders the same light as the configuration with the settings `settings`. References
+/// are rendered with them, and also controls, with which blocks of pixels are compared.
 pub fn path_tracing(settings: &Settings) -> Settings {
     Settings {
         integrator: Integrator::PathTracing,

@@ -22,9 +22,8 @@ const CONTROL_SEED: u32 = 1 << 20;
 /// the seeds of other runs, so that these runs are independent of the first ones.
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// The assumed number of samples per pixel of a control (path tracing with as much noise as a configuration), with which the
-/// forecast of the study's duration begins. The real number follows from the measured noise. This constant changes no
-/// result.
+/// The number of samples per pixel that the forecast of the study's duration assumes for controls (path tracing with as much
+/// noise as a configuration). The real number is known only later, from the measured noise. This constant changes no result.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
 /// Adds to the forecast the number of steps of all work that `plan` requires on the scene `planned`, before any work begins.
@@ -111,9 +110,9 @@ impl<'a> Work<'a> {
         rows
     }
 
-    /// Makes the references of the configurations `claims`, which are expected to be unbiased, and refuses a reference with
-    /// too large an error. The interval of a bias contains the error of the reference, so with such a reference no number of
-    /// runs could make the interval narrow enough for a proof.
+    /// Makes the references of the configurations in `claims`, and refuses a reference with too large an error. The caller
+    /// ensures that the plan expects these configurations to be unbiased. The interval of a bias contains the error of the
+    /// reference, so with such a reference no number of runs could make the interval narrow enough for a proof.
     ///
     /// # Errors
     /// The half-width of a reference exceeds [`WIDEST_REFERENCE`], or an error of [`Self::rows`] occurs.
@@ -160,9 +159,9 @@ impl<'a> Work<'a> {
         Ok(seeds)
     }
 
-    /// Makes the row of results of one configuration from its runs with seeds below `seeds`. If these raise an alarm (a sign
-    /// of bias), it also renders runs with fresh seeds, which then decide. `all` is the number of configurations on the
-    /// scene; the more there are, the stronger a sign must be to raise an alarm.
+    /// Makes the row of results of one configuration from its runs with seeds below `seeds`. If the plan expects no bias,
+    /// but these runs raise an alarm (a sign of bias), it also renders runs with fresh seeds, which then decide. `all` is
+    /// the number of configurations on the scene; the more there are, the stronger a sign must be to raise an alarm.
     fn row(&mut self, configuration: &Resolved, seeds: u32, all: usize) -> Result<Row> {
         let key = self.subject.key(configuration)?;
         let bias = self.bias(configuration, seeds)?;

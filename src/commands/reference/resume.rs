@@ -22,8 +22,8 @@ const LISTED: usize = 3;
 /// limit leaves room for devices that round differently.
 const LOW_PART: f64 = 1e-6;
 
-/// The largest fraction by which the mean square of a pixel's samples may be below the square of their mean. Without
-/// rounding, it could not be below it. A larger difference shows that the file is damaged.
+/// The largest fraction by which the mean square of a pixel's samples may be below the square of their mean. In exact
+/// arithmetic, the mean square is never below. A larger difference shows that the file is damaged.
 const SPREAD_ROUNDING: f64 = 1e-4;
 
 /// Loads the sums of the first output file, which an earlier run has written, into the renderer, and returns their number
@@ -74,8 +74,8 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     Ok(samples)
 }
 
-/// The number of samples per pixel in the metadata of an earlier picture, at least 1. An error is the reason, as a clause
-/// for a message, why the metadata have no such number.
+/// The number of samples per pixel in the metadata of an earlier picture, at least 1. The error is a clause for a
+/// message; it states why the metadata have no such number.
 fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
     let Some(text) = earlier.metadata.get("headwater.samples") else {
         return Err("it has no headwater.samples".into());

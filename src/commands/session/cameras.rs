@@ -6,9 +6,9 @@ use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Chooses the scene's camera with the index or name `wanted`, or without `wanted` the first one. Returns the camera at
-/// `time`, in seconds, and its index. If the scene has no cameras, returns one that sees the whole scene, without an
-/// index. An error if no camera has the wanted index or name.
+/// Chooses the scene's camera with the index or name `wanted`; if `wanted` is `None`, chooses the first one. Returns the
+/// camera at `time`, in seconds, and its index. If `wanted` is `None` and the scene has no cameras, returns a camera that
+/// sees the whole scene, without an index. Returns an error if no camera has the wanted index or name.
 pub(super) fn choose_camera(
     scene: &Scene,
     wanted: Option<&str>,

@@ -82,8 +82,8 @@ impl Session {
     }
 
     /// The conditions of a profile that are not part of its subject: driver, tracer, access of shaders to the scene,
-    /// revision of the program, and number of frames in flight. Two profiles can be compared although these differ, except
-    /// for the frames in flight.
+    /// revision of the program, and number of frames in flight. Two profiles can be compared even if their conditions
+    /// differ; only the number of frames in flight must be equal.
     pub fn circumstances(&self, plan: Plan) -> Circumstances {
         let variant = self.selection.variant;
         Circumstances {

@@ -1,11 +1,12 @@
 //! Clusters of lights, which are the leaves of the light BVH: lights that are close to each other are treated as one light.
 //!
 //! Lights *fill their box* if the sum of their areas is a large fraction of the squared diagonal of the box around them. The
-//! triangles of an emitter, connected by common corners, form one unit if they fill their box, however finely the emitter is
-//! modelled. Otherwise each of the triangles is a separate unit. A binary tree over the units joins the nearest boxes first.
-//! From the root of this tree down, the first nodes whose lights fill their box become clusters; a single unit always
-//! becomes one. So an emitter is one cluster, even if it consists of several parts, while the windows of a house, with wall
-//! between them, stay separate. No length is compared with a constant, so a scene has equal clusters at any scale.
+//! triangles of an emitter that are connected by common corners form one unit if they fill their box, however finely the
+//! emitter is modelled. Otherwise each of the triangles is a separate unit. A binary tree is built over the units, which
+//! joins the nearest boxes first. A search starts at the root of this tree. It makes a cluster of each node whose lights
+//! fill their box, and otherwise continues with the node's children; a single unit always becomes a cluster. So an emitter
+//! is one cluster, even if it consists of several parts, unless it is large compared with the scene. The windows of a house,
+//! with wall between them, stay separate. No length is compared with a constant, so a scene has equal clusters at any scale.
 
 use super::NearLight;
 use crate::device_scene::compute_bvh::binary_tree;
@@ -21,8 +22,8 @@ const FILLED: f64 = 0.25;
 /// lights. It divides emitters that fill the scene, such as a floor that glows, into many clusters.
 const LARGEST: f32 = 1.0 / 16.0;
 
-/// Lights that are never divided among clusters: their indices in the list of lights, the box around all of them, and the
-/// sum of their areas in the device's units.
+/// A set of lights that are never divided among clusters. It has their indices in the list of lights, the box around all of
+/// them, and the sum of their areas in the device's units.
 struct Unit {
     lights: Vec<u32>,
     low: Vec3,

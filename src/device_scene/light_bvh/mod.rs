@@ -126,10 +126,10 @@ impl NearLight {
 pub struct LightBvhContents {
     /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
-    /// Two arrays that share their index: an entry has fields of both. The first array (`light`, `before`) lists the lights
-    /// in the order of the leaves, and has one more entry after the last light, whose `before` ends the last light's range.
-    /// The second array (`leaf`, `index`) states the place of each light in the tree, by index among the lights of all
-    /// kinds.
+    /// The entries of two arrays that share their index, so that each entry has fields of both. The first array (`light`,
+    /// `before`) lists the lights in the order of the tree's leaves. It has one more entry after the last light, whose
+    /// `before` ends the last light's range. The second array (`leaf`, `index`) has one entry per light of the scene, of any
+    /// kind, and states the light's place in the tree.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -194,9 +194,10 @@ struct Topology {
     count: u32,
 }
 
-/// The scale of the boxes for a cut of the tree, if the options set none. A walk continues with a node's children if the
-/// point is closer to the box around the node's lights than this scale times half the diagonal of that box. With a larger
-/// scale far lights are divided into smaller groups, so that draws fit the point better and walks take longer.
+/// The value of [`LightBvh::scale`] for a cut of the tree if the options set none. With this value, the box around a node's
+/// lights is enlarged on each side by half its diagonal, and a walk continues with the node's children if the enlarged box
+/// contains the point. A larger value divides far lights into smaller groups, so that draws fit the point better and walks
+/// take longer.
 const CUT_SCALE: f32 = 1.0;
 
 impl LightBvh {
@@ -383,9 +384,9 @@ impl LightBvh {
     }
 }
 
-/// For each weight of a light, the sum of the weights before it, and at the end the sum of all weights. The sums are scaled
-/// and rounded to strictly increasing integers below 2³². Shaders draw a light of a node by a random integer in the node's
-/// range of sums, so the difference between a light's sum and the next one is in proportion to its probability.
+/// For each of the lights' `weights`, returns the sum of the weights before it, and at the end the sum of all weights. The
+/// sums are scaled and rounded to strictly increasing integers below 2³². Shaders draw a random integer, and the integers
+/// from a light's sum up to the next sum select this light. So the light's probability is about in proportion to its weight.
 fn integer_sums(weights: &[f64]) -> Vec<u32> {
     let total: f64 = weights.iter().sum();
     let room = f64::from(u32::MAX) - 1.0 - weights.len() as f64;

@@ -6,15 +6,16 @@ use super::{LightBvh, NearLight, walk};
 use crate::shader_interface::GpuLightNode;
 use glam::Vec3;
 
-/// The number of boxes of influence that shall contain a point on a surface, as the mean over the points that are inside at
-/// least one box. A higher number finds better light candidates where many lights matter, and makes the search of the tree
+/// The wanted mean number of boxes of influence that contain a point on a surface. Points outside of all boxes do not count
+/// in the mean. A higher number finds better light candidates where many lights matter, and makes the search of the tree
 /// longer.
 const OVERLAP: f64 = 8.0;
 
 /// Finds the smallest scale of boxes of influence at which the points `surfaces`, in the device's world space, are inside
-/// [`OVERLAP`] boxes on average. For up to ten clusters of lights, a point shall instead be inside three quarters of the
-/// boxes, on average over all points. Scales between 2⁻³⁰ and 2³⁰ are tried, in steps of a factor 2^¼; if none is
-/// sufficient, the result is 2³⁰. The search overwrites the scale of `bvh`.
+/// [`OVERLAP`] boxes on average. Points outside of all boxes do not count in this average. With at most ten clusters of
+/// lights, the wanted average is instead three quarters of the number of clusters, and all points count. Scales between 2⁻³⁰
+/// and 2³⁰ are tried, in steps of a factor 2^¼; if none is sufficient, the result is 2³⁰. The search overwrites the scale of
+/// `bvh`.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
     // Up to ten clusters are too few for that number: three quarters of them are wanted, in the mean over all points. Over those
     // that a box holds the points on the emitters themselves would do.

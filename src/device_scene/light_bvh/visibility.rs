@@ -14,19 +14,18 @@ use std::f32::consts::TAU;
 /// The number of rays that are traced from the lights of each cluster. More rays find more exactly how far the cluster's
 /// light reaches, and take longer.
 const RAYS: usize = 256;
-/// The maximum number of clusters whose rays are traced in one call. It limits the memory on the host to that for a million
-/// rays of 32 bytes, each stored twice.
+/// The maximum number of clusters whose rays are traced in one call. It limits the host memory for these rays to 64 MiB.
 const CLUSTERS_AT_ONCE: usize = 4096;
-/// The distance of a ray's origin from the light at which it starts, as a fraction of the largest coordinate of its starting
-/// point. The fraction is several times the rounding error of f32, so that the ray does not hit the emitter itself.
+/// A ray starts at this distance from its point on the light. The distance is a fraction of the largest coordinate of that
+/// point. It is several times the rounding error of f32, so that the ray does not hit the emitter itself.
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
     /// Limits the boxes of influence of clusters to the surfaces that rays from their lights reach. For each cluster with
-    /// power, `RAYS` rays in random directions start at random points of its lights, and end at the radius of influence at
-    /// the latest. `trace` returns the distance to each ray's hit in the device's units, or a negative value for a ray
-    /// without a hit. A cluster without power keeps the box that follows from its power, because it may be switched on
-    /// later.
+    /// power, `RAYS` rays in random directions start at random points of its lights. Their maximum length is the cluster's
+    /// radius of influence. `trace` returns the distance to each ray's hit in the device's units, or a negative value for a
+    /// ray without a hit. No rays are traced for a cluster without power, so its box stays unlimited if the cluster is
+    /// switched on later.
     ///
     /// # Errors
     /// The errors of `trace`.
@@ -91,8 +90,8 @@ fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> Ray
 }
 
 /// A random point of a light, uniform by area, and the normal of the half space that the light illuminates. The normal is
-/// zero for a light that emits into all directions. `index` is that among the lights of all kinds; a punctual light has only
-/// one point.
+/// zero for a light that emits into all directions. A punctual light has only one point. `index` is the index of the light
+/// among the lights of all kinds.
 fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     if let Some(light) = lights.triangles.get(index) {
         let root = random.unit().sqrt();
@@ -135,7 +134,8 @@ mod tests {
         leaves_out_rare: false,
     };
 
-    /// An emitter that is off when rays are traced and switched on later must still be found, so its box must not shrink.
+    /// The box of an emitter that is off while rays are traced must not shrink. Otherwise the emitter would not be found
+    /// everywhere when it is switched on later.
     #[test]
     fn dark_clusters_keep_their_boxes() {
         let scene = procedural::generate("colourful-mess", &[]).unwrap();

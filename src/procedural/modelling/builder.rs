@@ -9,8 +9,9 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 /// it would be arbitrary which one is visible.
 pub const SINK: f32 = 0.002;
 
-/// A mesh under construction, as pairs of a material and one shape with all triangles of that material. Each pair becomes
-/// one part of the mesh. Shapes of equal materials are merged, so that there are few large parts.
+/// A mesh that is still being built. It consists of pairs of a material and one shape, which has all triangles of that
+/// material. Each pair becomes one part of the mesh. Shapes of equal materials are merged, so that there are few large
+/// parts.
 #[derive(Default)]
 pub struct Model(pub Vec<(Material, Shape)>);
 

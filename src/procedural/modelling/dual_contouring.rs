@@ -5,8 +5,8 @@ use super::simplify::simplify;
 use glam::{Mat3, Vec3};
 use std::collections::HashMap;
 
-/// The coordinates in metres of grid lines along one axis, in increasing order from `start` on. Each run (end, step) adds
-/// equal steps of about the size `step`, so that a grid line is exactly at `end`.
+/// The coordinates of grid lines along one axis in metres, in increasing order. The first is `start`. Each pair (end, step)
+/// of `runs` continues them up to exactly `end`, in equal steps of about the size `step`.
 pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     let mut ticks = vec![start];
     let mut from = start;
@@ -18,12 +18,12 @@ pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     ticks
 }
 
-/// The number of triangles that a surface may have, and the weights that decide in which regions they are spent.
+/// The number of triangles to which a surface is simplified, and the weights that decide which regions keep more of them.
 pub struct Detail<W: Fn(Vec3) -> f32> {
-    /// The number of triangles to which the surface is simplified. It stays larger if further simplification would fold the
-    /// surface.
+    /// The number of triangles to which the surface is simplified. The surface keeps more triangles if further
+    /// simplification would fold it or make it non-manifold.
     pub triangles: usize,
-    /// The weight of the squared error of the simplification at a point in the body's coordinates. Regions with a higher
+    /// The weight of simplification errors near a point, which is given in the body's coordinates. Regions with a higher
     /// weight keep more triangles.
     pub weight: W,
 }
@@ -73,8 +73,8 @@ type GridIndex = [usize; 3];
 /// The number of grid nodes along each side of a block. If a block is far from the surface, the body's function is evaluated
 /// only once for it instead of at every node, which saves time.
 const BLOCK: usize = 5;
-/// An assumed upper bound of the gradient's length of a body's function. It decides which blocks are far from the surface;
-/// if it were too low, parts of the surface could be missed.
+/// The assumed maximum length of the gradient of a body's function; it would be 1 for an exact signed distance. It decides
+/// which blocks are far from the surface; if it were too low, parts of the surface could be missed.
 const MAX_SLOPE: f32 = 2.0;
 
 /// The values of a body's function at the nodes of a grid, and the points where the body's surface crosses the edges between

@@ -43,8 +43,9 @@ impl Quadric {
     }
 }
 
-/// An edge that may be collapsed: the bits of its cost (an f64), the indices of its two points, and for each point the value
-/// of [`Net::changes`] when the cost was computed. The edge of the lowest cost is collapsed first.
+/// An edge that may be collapsed, as a tuple of three values: the bits of its cost (an f64), the indices of its two points,
+/// and the values that [`Net::changes`] had for these points when the cost was computed. The edge of the lowest cost is
+/// collapsed first.
 type Candidate = (u64, [usize; 2], [u32; 2]);
 
 /// A closed surface that is being simplified.
@@ -54,8 +55,8 @@ struct Net<'a> {
     /// For each point, the indices of the faces that have it as a corner; empty for a removed point.
     around: Vec<Vec<usize>>,
     quadrics: Vec<Quadric>,
-    /// For each point, how often it was moved or removed. A candidate edge with older numbers has an outdated cost, and is
-    /// not collapsed.
+    /// For each point, how often it was moved or removed. If a candidate edge holds other numbers than these, its cost is
+    /// outdated, and it is not collapsed.
     changes: Vec<u32>,
     candidates: BinaryHeap<Reverse<Candidate>>,
 }
@@ -74,8 +75,9 @@ impl Net<'_> {
         found
     }
 
-    /// The position to which an edge should be collapsed, and the weighted squared error there: the sum of squared distances
-    /// to the planes of the faces that were merged into its ends.
+    /// The position to which an edge should be collapsed, and the error there. The error is a weighted sum of squared
+    /// distances to planes: those of the original faces around the two ends, and around all points that were collapsed into
+    /// them before.
     fn target(&self, [i, j]: [usize; 2]) -> (DVec3, f64) {
         let (p, q) = (self.points[i], self.points[j]);
         let sum = self.quadrics[i].plus(self.quadrics[j]);

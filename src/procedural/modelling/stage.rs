@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// that is at least this long.
 const LENGTH: f64 = 16.0;
 
-/// A scene under construction, together with the motion of its objects.
+/// A scene that is still being built, together with the motion of its objects.
 pub struct Stage {
     /// The builder of the scene's meshes, materials and instances.
     pub room: Builder,
@@ -63,8 +63,9 @@ impl Stage {
         self.room.place(name, mesh, DAffine3::IDENTITY);
     }
 
-    /// Animates the emission of the material that is added to `room` next. The emitted radiance is `color` (linear RGB) ×
-    /// `strength`. A track (values over time) in `colors` or `strengths` replaces the constant colour or strength.
+    /// Animates the emission of a material, which must be the next one that the caller adds to `room`. The emitted radiance
+    /// is `color` (linear RGB) × `strength`. A track (values over time) in `colors` or `strengths` replaces the constant
+    /// colour or strength.
     pub fn emit(
         &mut self,
         color: Vec3,

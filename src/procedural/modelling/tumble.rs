@@ -12,11 +12,11 @@ const STEP: f32 = 1.0 / 180.0;
 /// The number of steps between two searches for the pairs of balls that may meet. A larger number needs fewer searches, but
 /// each search then finds more pairs, which every step must test.
 const SEARCH_INTERVAL: u32 = 4;
-/// The maximum distance in metres that a ball moves per step, so that bodies that fall from a great height do not pass
-/// through others.
+/// The maximum distance in metres that a ball moves per step, which limits its speed to 4 m/s. Faster bodies, which fall
+/// from a great height, could pass through others.
 const MAX_STEP: f32 = 4.0 * STEP;
-/// The coefficient of friction. In one step, a contact removes at most this multiple of the overlap (of two balls, or of a
-/// ball and the floor) from the distance that they slide along each other.
+/// The coefficient of friction. A ball that touches another ball or the floor slides less: the distance that they slide
+/// along each other in one step is reduced by at most this multiple of the depth of their overlap.
 const FRICTION: f32 = 1.5;
 
 /// A rigid body that consists of balls, with its current position and rotation.

@@ -124,8 +124,8 @@ impl Profile {
         Shape::smooth(positions, normals)
     }
 
-    /// For every segment of the profile, the unit normals at its two ends: averaged with the neighbouring segment at a
-    /// slight bend, and its own at a sharp edge.
+    /// The unit normals at the two ends of every segment of the profile. Where two segments meet at a slight bend, both get
+    /// the mean of their normals; at a sharp edge, each keeps its own normal.
     fn normals(&self) -> Vec<[Vec2; 2]> {
         let flat: Vec<Vec2> = self
             .0

@@ -58,8 +58,8 @@ impl Arch {
     }
 
     /// A moulding along the edge of the opening: along the half circle, and down both sides for the length `down` in metres.
-    /// In the profile, the radius is measured from the edge of the opening outwards, and the height into the wall. The
-    /// profile begins deep in the opening and ends at the wall.
+    /// In `profile`, the radius is the distance from the edge of the opening outwards, and the height is the depth into the
+    /// wall. The first point of the profile must be deep in the opening, and the last one at the wall.
     pub fn moulding(&self, profile: &Profile, down: f32) -> Shape {
         let profile = profile.clone().widened(self.radius);
         let mut along = profile.swung(0.0, 0.5, self.steps);

@@ -13,8 +13,8 @@ const BASE: f32 = 1.13;
 /// The radius of the wheels, in metres.
 const WHEEL: f32 = 0.31;
 
-/// The signed distance to the outer form of body and cabin, before windows and wheel arches are cut out. `m` is the point,
-/// mirrored to the side +x because the form is symmetric.
+/// The signed distance to the outer surface of the body and the cabin, without windows and wheel arches, which are cut out
+/// later. `m` is the point; the caller mirrors it to the side +x, because the car is symmetric.
 fn form(m: Vec3) -> f32 {
     let mut hull = cushion(m, vec3(0.0, 0.52, -0.05), vec3(0.68, 0.3, 1.7), 0.24);
     let bonnet = ellipsoid(m, vec3(0.0, 0.6, 0.95), vec3(0.5, 0.32, 0.92));
@@ -33,8 +33,8 @@ fn form(m: Vec3) -> f32 {
     common(form, 0.2 - m.y, 0.06)
 }
 
-/// The signed distance to the volumes that are cut out of the cabin as windows. `m` is the point, mirrored to the side +x
-/// because the form is symmetric.
+/// The signed distance to the volumes that are cut out of the cabin as windows. `m` is the point; the caller mirrors it to
+/// the side +x, because the car is symmetric.
 fn windows(m: Vec3) -> f32 {
     let side = |from: f32, to: f32| {
         let middle = vec3(0.85, 1.09, (from + to) / 2.0);

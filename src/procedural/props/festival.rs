@@ -6,8 +6,9 @@ use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A position at the left side of a street, or its mirror image at the right side. In the coordinates of the spot, x points
-/// from the houses to the middle of the street, and y points up.
+/// A place at one side of a street. Its `foot` is given for the left side; if the place is `mirrored`, it is the mirror
+/// image at the right side. In the coordinates of the spot, x points from the houses to the middle of the street, and y
+/// points up.
 #[derive(Clone, Copy)]
 pub struct Spot {
     pub foot: Vec3,
@@ -27,14 +28,15 @@ impl Spot {
     }
 }
 
-/// A street under construction: its model so far, and the number of emissive triangles that may still be added.
+/// The model of a decorated street that is still being built, and the number of emissive triangles that may still be added
+/// to it.
 pub struct Festival {
     pub model: Model,
     left: u64,
 }
 
-/// The number of emissive triangles that are reserved for the pennants. A pennant is a single triangle, so that the pennants
-/// can use up any rest of the budget, and the street gets exactly as many lights as asked for.
+/// The number of emissive triangles that are reserved for the pennants. A pennant is a single triangle. So the pennants can
+/// use all triangles that are left at the end, and the street gets exactly as many lights as the user asks for.
 const RESERVE: u64 = 60;
 
 impl Festival {
@@ -46,13 +48,14 @@ impl Festival {
         }
     }
 
-    /// True if enough emissive triangles are left for another lantern. The street is made longer as long as this is true.
+    /// True if enough emissive triangles are left for another lantern, besides those that are reserved for the pennants. The
+    /// street is made longer at least as long as this is true.
     pub fn has_light(&self) -> bool {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }
 
-    /// Adds a shape that emits `radiance` (linear RGB), and takes its triangles from the budget. If too few emissive
-    /// triangles are left for the whole shape, it gets a dark material instead.
+    /// Adds a shape that emits `radiance` (linear RGB), and subtracts its triangles from those that are left. If too few are
+    /// left for the whole shape and for the pennants, the shape gets a dark material instead.
     pub fn light(&mut self, name: &str, radiance: Vec3, shape: Shape) {
         let triangles = shape.triangle_count() as u64;
         if self.left >= RESERVE + triangles {
@@ -202,8 +205,8 @@ impl Festival {
         }
     }
 
-    /// Spends all emissive triangles that are left on pennants, glowing triangles that face +z. They hang on cords from `a`
-    /// to `b`, up to 32 on each. Each cord is slightly above and behind the previous one.
+    /// Adds pennants, glowing triangles that face +z, until no emissive triangle is left. They hang on cords from `a` to
+    /// `b`, up to 32 on each. Each further cord is 0.35 m above the previous one and 3.1 m behind it, towards −z.
     pub fn pennants(&mut self, random: &mut Random, a: Vec3, b: Vec3) {
         let cord = Material::lambert("cord", Vec3::splat(0.03));
         let a_row = 32;

@@ -5,8 +5,8 @@ use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, met
 use crate::scene::Material;
 use glam::{DAffine3, DQuat, Vec3};
 
-/// A piece of furniture that is placed as a whole. Its flat shapes together become one mesh, and its smooth shapes one mesh
-/// per material.
+/// A piece of furniture that is placed as a whole. All its flat shapes become one mesh. Its smooth shapes become one mesh
+/// for each material.
 #[derive(Default)]
 pub struct Piece {
     flat: Model,

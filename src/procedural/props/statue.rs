@@ -11,17 +11,17 @@ const FOOT: f32 = 0.135;
 /// The height of the middle of the head above the ground, in metres.
 const HEAD: f32 = 0.545;
 
-/// The random properties in which one bust differs from another.
+/// The random properties of a bust, in which it differs from other busts.
 struct Sitter {
-    /// The rotation of the head around the vertical axis, to a side, in radians.
+    /// The rotation of the head around the vertical axis, which turns the face to a side, in radians.
     turn: f32,
     /// The tilt of the head towards a shoulder, in radians.
     tilt: f32,
     /// The number of locks of hair around the head, a whole number.
     locks: f32,
-    /// The length of the nose as a factor on the usual length: 1 is usual.
+    /// The length of the nose divided by its usual length.
     nose: f32,
-    /// The width of the jaw as a factor on the usual width: 1 is usual.
+    /// The width of the jaw divided by its usual width.
     jaw: f32,
     /// The distance from one fold of the cloth to the next, in metres.
     fold: f32,
@@ -123,8 +123,8 @@ impl Sitter {
         join(join(head, neck, 0.025), self.torso(p, m), 0.03)
     }
 
-    /// Moves a point `p` of the upright bust to where it is in the pose of this bust. The head turns and tilts, the neck
-    /// follows in part, and the chest stays.
+    /// Moves a point `p` of the upright bust to its position in the random pose of this bust. The head turns and tilts, the
+    /// neck follows in part, and the chest stays.
     fn posed(&self, p: Vec3) -> Vec3 {
         let pivot = vec3(0.0, -0.1, -0.025);
         let t = ((p.y + 0.22) / 0.16).clamp(0.0, 1.0);

@@ -46,15 +46,16 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 /// The number of arches along each short side of the court.
 const ACROSS: u32 = 3;
-/// The distance in metres from the middle plane of an arcade to the wall of the gallery behind it.
+/// The distance from the middle plane of an arcade to the wall of its gallery, in metres. A gallery is the passage behind an
+/// arcade.
 const GALLERY: f32 = 2.7;
-/// The height of the ceiling of each gallery, the passage behind an arcade, above its floor, in metres.
+/// The height of a gallery's ceiling above the gallery's floor, in metres. A gallery is the passage behind an arcade.
 const CEILING: f32 = 4.6;
 /// The height of the court's ceiling above the lower floor, in metres.
 const TOP: f32 = 2.0 * STOREY + 0.75;
 
-/// One side of the court: its rotation around +Y in degrees, its position, and the number of its arches. A shape that faces
-/// +Z, when rotated and moved in this way, stands on this side and faces the middle of the court.
+/// One side of the court, and the number `bays` of its arches. A shape that faces +Z stands on this side and faces the
+/// middle of the court after it is rotated by `turn` degrees around +Y and moved by `middle`.
 struct Side {
     turn: f32,
     middle: Vec3,
@@ -282,9 +283,9 @@ fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     }
 }
 
-/// Adds a lamp that emits `light` and hangs at the height `y[0]` from a ceiling at the height `y[1]`. An object at `behind`
-/// hides it from `eye`: seen from above, the lamp is on the line from `eye` through `behind`. Its distance from `eye` is
-/// `beyond` times that of the object.
+/// Adds a lamp that emits `light`. It hangs at the height `y[0]` from a ceiling at the height `y[1]`. Seen from above, it is
+/// on the line from `eye` through `behind`, `beyond` times as far from `eye` as `behind` is. An object that the caller adds
+/// at `behind` hides the lamp from `eye`.
 fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
     let [y, ceiling] = y;
     let to = (eye + (behind - eye) * beyond).with_y(y);

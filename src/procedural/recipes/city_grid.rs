@@ -40,7 +40,7 @@ const KERB: f32 = 0.15;
 /// The width of the pavement between the road and the houses, in metres.
 const WALK: f32 = 3.2;
 
-/// Indices of the meshes that the scene instances many times: lamp posts, trees and cars.
+/// The meshes of the objects that the scene has many times (lamp posts, trees and cars), as indices of meshes.
 struct Stock {
     posts: [(u32, u32); 2],
     tree: [u32; 2],

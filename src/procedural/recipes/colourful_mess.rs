@@ -42,8 +42,9 @@ const COLORS: [[f32; 3]; 10] = [
     [0.75, 0.73, 0.68],
 ];
 
-/// The linear RGB radiances of the glowing balls in the heap, in W/(m²·sr). Each ball gets one of them at random, multiplied
-/// by 0.09 m over its radius, but at most by 2: small balls are brighter, so that their light is visible, too.
+/// The linear RGB radiances of the glowing balls in the heap, in W/(m²·sr). Each ball gets one of them at random. It is
+/// multiplied by 0.09 m / radius of the ball, but at most by 2: small balls are brighter, so that their light is visible,
+/// too.
 const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.4, 0.15],
     [9.0, 2.6, 0.2],
@@ -71,8 +72,8 @@ fn finish(random: &mut Random) -> Material {
     }
 }
 
-/// One toy of the heap. `balls` (centre and radius of each, in metres) represent it in the simulation of the fall, and
-/// `volume`, in cubic metres, is its mass there.
+/// One toy of the heap. In the simulation of the fall, the toy consists of `balls` (the centre and the radius of each, in
+/// metres), and its mass is equal to its `volume` in cubic metres.
 struct Toy {
     shape: Shape,
     material: Material,

@@ -131,8 +131,9 @@ fn furnish(model: &mut Model) {
     );
 }
 
-/// Adds `count` dim lamps in a grid under the ceiling of the camera's half, each as an instance of its own, and the bright
-/// lamp in the other half. `contrast` is the power of the bright lamp divided by the power of all dim lamps together.
+/// Adds the lamps. `count` dim lamps form a grid under the ceiling of the camera's half, and each is a separate instance.
+/// The bright lamp is in the other half. `contrast` is the power of the bright lamp divided by the power of all dim lamps
+/// together.
 fn lamps(room: &mut Builder, count: u32, contrast: f32) {
     let square = |side: f32| {
         let corner = Vec3::new(-side / 2.0, 0.0, -side / 2.0);

@@ -149,12 +149,12 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// The point on the ground below the camera. Its coordinates are multiples of the radius of the disc in which the figures
-/// are scattered. For this purpose, the radius is clamped to [5.1, 10.9] metres, so that the camera is among the outer
-/// figures, but not too close to the king.
+/// The point on the ground below the camera, divided by the radius of the disc in which the figures are scattered. When it
+/// is multiplied by this radius, the radius is clamped to [5.1, 10.9] metres, so that the camera is among the outer figures,
+/// but not too close to the king.
 const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
-/// The minimum distance of figures from [`EYE`], the point on the ground below the camera, in metres, so that no figure
-/// blocks the view.
+/// The minimum distance in metres between the figures and the point on the ground below the camera. It keeps figures from
+/// blocking the view.
 const CLEAR_OF_EYE: f32 = 5.0;
 
 /// An occupied space, in metres: a disc on the ground with its centre and its radius, and the height up to which the space

@@ -234,7 +234,7 @@ impl Stage {
         self.room.place("sign", mesh, DAffine3::IDENTITY);
     }
 
-    /// Adds the glowing window of the stove, behind which a fire flickers: its radiance changes over time. `speed`
+    /// Adds the window of the stove. It glows, and its radiance changes over time, as if a fire flickered behind it. `speed`
     /// multiplies the speed of the change; with 0 the radiance is constant.
     fn fire(&mut self, speed: f64) {
         let color = Vec3::new(1.0, 0.4, 0.12);

@@ -203,7 +203,7 @@ fn floor(model: &mut Model, random: &mut Random) {
     }
 }
 
-/// Adds skirting boards along the foot of the walls of both rooms. They leave out the door.
+/// Adds skirting boards along the foot of the walls of both rooms. There are none in front of the door.
 fn skirting(model: &mut Model, paint: &Material) {
     let mut board = |low: [f32; 3], high: [f32; 3]| {
         model.add(paint, Shape::block(Vec3::from(low), Vec3::from(high)));

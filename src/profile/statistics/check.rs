@@ -77,18 +77,18 @@ pub struct Compared {
     /// One line of text for each value that is worse than the stored one by more than the tolerance; empty if there is no
     /// such value. A line names the device, the tracer, the pass and the value.
     pub worse: Vec<String>,
-    /// Number of pipelines that were not compared, because no stored pipeline is their counterpart: one of the same pass and
-    /// tracer that was made for at least one of the same scenes and one of the same configurations.
+    /// Number of pipelines that were not compared, because they have no counterpart among the stored ones. A counterpart is
+    /// of the same pass and tracer, and has at least one scene and one configuration in common with the pipeline.
     pub without: usize,
 }
 
-/// Compares each pipeline in `now` with its counterpart in `stored`. The counterpart is the stored pipeline of the same pass
-/// and tracer that has the most uses in common with it. A use is a scene with a configuration (named settings) for which the
-/// pipeline was made. If several stored pipelines have equally many uses in common with it, each value is compared with the
-/// worst of their values. `stored` must have pipelines of the same device and driver only.
+/// Compares each pipeline in `now` with its counterpart in `stored`: the stored pipeline of the same pass and tracer that
+/// has the most uses in common with it. A use is a scene with a configuration (named settings) for which a pipeline was
+/// made. If several stored pipelines have equally many uses in common with the new one, each of its values is compared with
+/// the worst of their values. The caller ensures that all pipelines, in `now` and in `stored`, are of one device and driver.
 ///
-/// Several stored pipelines can fit, because a change of a shader can split a pipeline that several scenes share, or join
-/// the pipelines of several scenes.
+/// Several stored pipelines can have uses in common with a new one, because a change of a shader can split a pipeline that
+/// several scenes share, or join the pipelines of several scenes.
 pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
     let mut compared = Compared::default();
     for one in now {

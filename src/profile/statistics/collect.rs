@@ -19,8 +19,8 @@ use std::sync::Arc;
 /// of other shaders is measured against this number of subgroups.
 const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}\n";
 
-/// A size in bytes that no scene exceeds. It stands for the size of the device's memory, because a driver that works without
-/// its GPU has no memory.
+/// A size in bytes that no scene exceeds. It replaces the size of the device's memory, because a driver that works without
+/// its GPU reports no memory.
 const NO_LIMIT: u64 = 1 << 50;
 
 /// Width and height of the picture for which pipelines are made, in pixels. Any size does, because the shaders do not depend
@@ -38,8 +38,8 @@ pub struct Compiler {
     /// invocations in such a subgroup. This times the subgroup size of another pass is the largest possible `waves` of that
     /// pass. `None` if the driver does not report `waves`.
     waves_per_invocation: Option<f64>,
-    /// The pipelines made so far, each with the hash of its SPIR-V. By this hash, a pipeline is recognised when another
-    /// scene or configuration uses it, too.
+    /// The pipelines made so far, each with the hash of its SPIR-V. If another scene or configuration uses the same
+    /// pipeline, it is recognised by this hash, its pass and its tracer.
     made: Vec<(String, Pipeline)>,
     /// Number of entries in the device's list of compiled pipelines that [`Self::take`] has already read.
     seen: usize,
@@ -154,8 +154,8 @@ impl Compiler {
     }
 
     /// Adds the pipelines that the device has compiled since the last call. `scene`, `tracer` and `settings` are the names
-    /// of the scene, the tracer and the configuration for which they were compiled; a pipeline that is known already only
-    /// gets these names.
+    /// of the scene, the tracer and the configuration for which they were compiled. If a pipeline was added before, only the
+    /// scene and the configuration are added to its lists of names.
     fn take(&mut self, scene: &str, tracer: &str, settings: &str) {
         let compiled = self.device.records.compiled();
         for Compiled {

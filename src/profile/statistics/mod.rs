@@ -27,7 +27,7 @@ pub struct Pipeline {
     pub driver: String,
     /// Name of the tracer (the method that traces rays) for which the pass was compiled: `ray-query` or `compute-bvh`.
     pub tracer: String,
-    /// Name of the pass, which several pipelines can have: one for each variant of its SPIR-V.
+    /// Name of the pass. If there are several variants of its SPIR-V, several pipelines have the same name.
     pub pass: String,
     /// Names of the scenes that are rendered with this pipeline.
     pub scenes: Vec<String>,
@@ -79,8 +79,8 @@ impl Pipeline {
 /// The name under which RADV reports the maximum number of subgroups that a SIMD unit holds at once (`waves`).
 const WAVES: &str = "Subgroups per SIMD";
 
-/// The value of the statistic that the driver calls `name`. `None` if the report does not contain it, or if it is not an
-/// integer from 0 up.
+/// The value of the statistic that the driver calls `name`. `None` if the report does not contain it, or if it is not a
+/// non-negative integer.
 fn value(report: &CompilerReport, name: &str) -> Option<u64> {
     let mut statistics = report.statistics.iter();
     let (_, value) = statistics.find(|(own, _)| own == name)?;

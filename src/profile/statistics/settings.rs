@@ -4,8 +4,8 @@ use crate::Result;
 use crate::render::Settings;
 use crate::render::presets::Preset;
 
-/// A configuration: settings with a name, which are those of a preset with some changes. `headwater statistics` compiles the
-/// passes of every scene with them.
+/// A configuration: the settings of a preset, with some of them changed, under a name. `headwater statistics` compiles the
+/// passes of every scene with each configuration.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration {
     /// Name of the configuration in tables and files. A preset without changes has the name of the preset.

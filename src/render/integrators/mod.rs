@@ -25,7 +25,7 @@ pub trait Integrator {
     fn has_history(&self) -> bool;
 
     /// The maximum number of samples per pixel that one call of [`Self::add`] may add. It is 1 for reservoir resampling,
-    /// where each sample is a frame of its own and the scene can be moved only between calls. Path tracing has no limit.
+    /// because each sample is a separate frame, and the scene can be moved only between calls. Path tracing has no limit.
     fn samples_per_call(&self) -> u32;
 
     /// Adds `samples` samples per pixel to `sums`, the sums of radiance of the pixels. The samples have the indices from
@@ -54,9 +54,9 @@ pub trait Integrator {
         sums: &mut Accumulator,
     ) -> Result<Vec<PassTime>>;
 
-    /// As [`Self::render`], but does not wait for the device if the integrator can avoid it. It then returns `None`, and
-    /// [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times of the passes. If the integrator
-    /// waits, this method returns the times.
+    /// Renders a frame as [`Self::render`] does, but does not wait for the device if the integrator can avoid it. It then
+    /// returns `None`, and [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times of the
+    /// passes. If the integrator waits, this method returns the times.
     fn submit(
         &mut self,
         index: u32,

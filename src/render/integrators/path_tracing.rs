@@ -24,7 +24,7 @@ crate::bindings! {
 
 /// The number of loop iterations that a ray is assumed to take. On drivers that limit the loop iterations of an invocation,
 /// it decides how many samples a dispatch may have. Higher: fewer samples per dispatch, so the limit is less likely to be
-/// exceeded. In the scene `night-city`, the ray that takes longest among the eight rays of a subgroup takes up to 128
+/// exceeded. For comparison: in the scene `night-city`, the slowest of the eight rays of a subgroup takes up to 128
 /// iterations.
 const STEPS_PER_RAY: u32 = 512;
 
@@ -73,8 +73,8 @@ impl PathTracer {
         })
     }
 
-    /// The maximum number of samples per pixel and dispatch. It is limited only if the driver ends loops after a number of
-    /// iterations. Such a driver would end the loop over many samples early, and pixels would be too dark.
+    /// The maximum number of samples per pixel and dispatch. It is limited only on drivers that end a loop after a certain
+    /// number of iterations. Such a driver would end the loop over many samples early, and pixels would be too dark.
     fn samples_at_once(&self) -> u32 {
         self.device.info.loop_turns.map_or(u32::MAX, |turns| {
             let rays = self
@@ -170,7 +170,7 @@ impl Integrator for PathTracer {
     }
 
     /// # Errors
-    /// Always, since path tracing has no reservoirs.
+    /// This method always fails, because path tracing has no reservoirs.
     fn reservoir_aovs(&self, _lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         Err(Error::input(
             "path tracing has no reservoirs to look into; use integrator=restir",

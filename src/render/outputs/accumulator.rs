@@ -89,10 +89,11 @@ impl Accumulator {
     }
 
     /// Adds one sample to the sums of every pixel: the radiance of a frame, which `color` stores as RGB per pixel, row by
-    /// row from the top. Returns one time for each strip, for which the pass runs separately.
+    /// row from the top. The pass runs once for each strip of the picture (group of whole rows), and the result is the time
+    /// of each run.
     ///
     /// # Errors
-    /// The errors of [`Self::strips`], a shader that the driver rejects, or the device fails.
+    /// One of the errors of [`Self::strips`] occurs, the driver rejects the shader, or the device fails.
     pub fn add(&mut self, color: &Buffer) -> Result<Vec<PassTime>> {
         self.strips()?;
         let pass = match self.pass.take() {
@@ -131,7 +132,8 @@ impl Accumulator {
     /// `samples` is the number of samples that these sums contain.
     ///
     /// # Errors
-    /// `sums` has fewer entries than the picture has pixels, the errors of [`Self::strips`], or the device fails.
+    /// `sums` has fewer entries than the picture has pixels, one of the errors of [`Self::strips`] occurs, or the device
+    /// fails.
     pub fn write(&mut self, sums: &[PixelSums], samples: u32) -> Result<()> {
         let width = self.width;
         let mut rest = sums;

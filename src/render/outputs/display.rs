@@ -37,9 +37,10 @@ impl Display {
         })
     }
 
-    /// Writes the picture to [`Self::pixels`]. Each pixel is the mean radiance of its samples, times `scale`, tone-mapped;
-    /// the parts together cover the whole picture. `scale` is the product of the exposure factor and the device's unit of
-    /// radiance. If `begins_with_blue` is true, blue is in the least significant byte of a pixel, otherwise red.
+    /// Computes the picture from `parts`, which together cover all its pixels, and writes it to [`Self::pixels`]. The mean
+    /// radiance of each pixel is multiplied by `scale` and then tone-mapped. `scale` is the product of the exposure factor
+    /// and the device's unit of radiance. If `begins_with_blue` is true, blue is in the least significant byte of a pixel,
+    /// otherwise red.
     ///
     /// # Errors
     /// The driver rejects the shader, or the device fails.

@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DirectMode {
-    /// No direct light, so that indirect light can be compared alone. With `integrator=path-tracing` too, light that was
-    /// scattered exactly once is missing.
+    /// The picture shows no direct light, so that indirect light can be compared alone. This also holds with
+    /// `integrator=path-tracing`: light that was scattered exactly once is then missing.
     Off,
-    /// Reservoir resampling, with reuse of the samples of neighbours and of earlier frames. With `integrator=path-tracing`,
-    /// direct light is path traced instead.
+    /// Reservoir resampling computes direct light, and reuses samples of neighbours and of earlier frames. With
+    /// `integrator=path-tracing`, direct light is path traced instead.
     #[default]
     Restir,
 }
@@ -31,9 +31,10 @@ pub struct Direct {
     /// direction drawn from the BSDF. Cost: one ray each. No effect with `visibility=final`. Unbiased at any value.
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
-    /// Maximum number of BSDF candidates that a pixel draws in addition to `bsdf_samples`. Pixels on smooth metal and other
-    /// narrow lobes draw more of them. So do pixels near other pixels whose BSDF candidates found bright light. Cost: one
-    /// ray each in these pixels, and a pass. No effect if `bsdf_samples` is 0. Unbiased at any value.
+    /// Maximum number of BSDF candidates that a pixel draws in addition to `bsdf_samples`. Pixels whose surfaces have a
+    /// narrow lobe, such as smooth metal, draw more of them. So do pixels near other pixels whose BSDF candidates found
+    /// bright light. Cost: one ray each in these pixels, and a pass. No effect if `bsdf_samples` is 0. Unbiased at any
+    /// value.
     #[schemars(range(min = 0, max = 256))]
     pub more_bsdf_samples: u32,
 }
@@ -74,9 +75,9 @@ impl Direct {
         self.bsdf_samples > 0 && self.resampling.visibility != Visibility::Final
     }
 
-    /// True if a separate pass traces the pilot of each pixel, its first BSDF ray, which is a candidate of direct light.
-    /// `paths` is true if the paths of indirect light begin with pilots; then there is such a pass. There also is one if
-    /// pilots decide which pixels draw more BSDF candidates. Always false if direct light has no BSDF candidates.
+    /// True if a separate pass traces the first BSDF ray of each pixel, its pilot, which is a candidate of direct light.
+    /// `paths` is true if the paths of indirect light also begin with pilots. The result is true if direct light has BSDF
+    /// candidates, and either `paths` is true or pilots decide which pixels draw more BSDF candidates.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }

@@ -9,13 +9,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum IndirectMode {
-    /// No indirect light: resampling renders direct light only, for any value of `--bounces`. Path tracing ignores this
-    /// setting.
+    /// Resampling renders no indirect light, for any value of `--bounces`. Path tracing ignores this setting.
     Off,
-    /// One path per pixel and frame, without reuse of paths of neighbours or earlier frames: unbiased, with more noise than
-    /// `restir`.
+    /// Each pixel traces one path per frame and does not reuse paths of neighbours or of earlier frames. This is unbiased,
+    /// with more noise than `restir`.
     Path,
-    /// Reservoir resampling of paths, with reuse of the paths of neighbouring pixels and of earlier frames.
+    /// Reservoir resampling of paths: pixels reuse the paths of their neighbours and of earlier frames.
     #[default]
     Restir,
 }
@@ -26,10 +25,10 @@ pub enum IndirectMode {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shift {
-    /// The radiance that leaves the second vertex is assumed to be the same in all directions and at all times: cheapest. It
-    /// is biased where the surface at the second vertex is not diffuse, and where something moves.
+    /// The radiance that leaves the second vertex is assumed to be the same in all directions and at all times. This variant
+    /// is cheapest. It is biased where the surface at the second vertex is not diffuse, and where something moves.
     Biased,
-    /// The BSDF at the second vertex is evaluated again, for the direction towards each pixel that reuses the path:
+    /// The BSDF at the second vertex is evaluated again, for the direction towards each pixel that reuses the path. This is
     /// unbiased.
     #[default]
     Unbiased,
@@ -39,8 +38,8 @@ pub enum Shift {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Secondary {
-    /// One light sample per vertex, on a light that is drawn in proportion to its power: fastest, with more noise than
-    /// `ris`.
+    /// Each vertex draws one light sample, on a light that is drawn in proportion to its power. This is fastest, with more
+    /// noise than `ris`.
     Power,
     /// A vertex draws `indirect.light_samples` light samples, and selects one of them by the target function at the vertex
     /// (resampled importance sampling).
@@ -67,14 +66,14 @@ pub struct Indirect {
     /// The reconnection shift, by which a pixel reuses the path of another pixel from its second vertex on. `biased` costs
     /// less time, but is biased.
     pub shift: Shift,
-    /// Limit of reuse between pixels or frames: a path is not reused if the solid angle of its second vertex, seen from one
-    /// of the two surfaces, is more than this many times the solid angle seen from the other. Below 1: no limit. Lower:
-    /// fewer outliers, less reuse. Unbiased at any value.
+    /// Limit of reuse between two pixels or frames. Each of the two sees the path's second vertex from its own surface,
+    /// under a solid angle. A path is not reused if one of these solid angles is more than this many times the other. Below
+    /// 1: no limit. Lower: fewer outliers, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub jacobian_limit: f32,
-    /// Limit of reuse between pixels or frames: a path is not reused if its second vertex is closer to one of the two
-    /// surfaces than this fraction of the surface's distance from the camera. 0: no limit. Higher: fewer outliers in
-    /// corners, less reuse. Unbiased at any value.
+    /// Limit of reuse between two pixels or frames, each with its own surface. A path is not reused if its second vertex is
+    /// too close to one of these surfaces: closer than this fraction of the surface's distance from the camera. 0: no limit.
+    /// Higher: fewer outliers in corners, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_distance: f32,
 }

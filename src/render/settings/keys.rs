@@ -16,8 +16,8 @@ pub struct Description {
     pub key: String,
     /// The doc comment of the setting: meaning, unit, cost and effect on bias.
     pub doc: String,
-    /// The values that the setting can have, as text: a type and a range, such as `integer 1 to 64`, or names separated by `
-    /// | `.
+    /// The values that the setting can have, as text: a type, with its range if it has one, such as `integer 1 to 64`, or
+    /// all possible names, such as `gltf | compensated`.
     pub values: String,
     /// The current value of the setting, in the settings for which [`Settings::describe`] was called.
     pub value: Value,

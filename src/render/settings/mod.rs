@@ -31,7 +31,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
-    /// Path tracing with multiple importance sampling: unbiased, the reference for all other estimators.
+    /// Paths are traced from the camera, with multiple importance sampling. This is unbiased, and the reference for all
+    /// other estimators.
     #[default]
     PathTracing,
     /// Reservoir resampling: pixels reuse light samples and paths of their neighbours and of earlier frames.
@@ -43,8 +44,8 @@ pub enum Integrator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energy {
-    /// No treatment, as in the plain model of glTF, so that pictures can be compared with those of other renderers. Rough
-    /// metals are too dark, and light-coloured dielectrics are too bright at grazing angles.
+    /// The energy stays lost, as in the plain model of glTF, so that pictures can be compared with those of other renderers.
+    /// Rough metals are too dark, and light-coloured dielectrics are too bright at grazing angles.
     #[default]
     Gltf,
     /// The specular lobe is scaled so that it loses no energy, and the diffuse lobe gets the energy that remains: a surface
@@ -81,12 +82,13 @@ impl Default for Roulette {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Variant {
-    /// Only the code for the features that the scene contains. The command `headwater scene inspect` lists them.
+    /// The shaders contain only the code for the features that the scene has. The command `headwater scene inspect` lists
+    /// these features.
     #[default]
     Auto,
-    /// The code for all features, for comparison with `auto`. Three parts are compiled only if the scene requires them: code
-    /// for motion, which reuses fewer samples, code for large triangles, which rounds points differently, and code for
-    /// blended surfaces, which traces more rays.
+    /// The shaders contain the code for all features, for comparison with `auto`. Three parts are still compiled only if the
+    /// scene requires them: code for motion, which reuses fewer samples, code for large triangles, which rounds points
+    /// differently, and code for blended surfaces, which traces more rays.
     Full,
 }
 

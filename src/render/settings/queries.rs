@@ -62,8 +62,8 @@ impl Settings {
         self.integrator == Integrator::Restir && self.drawing_from(candidates, bounces).count() > 0
     }
 
-    /// The settings of resampling of those kinds of light that are rendered and whose candidates are drawn by the method
-    /// `candidates`: direct light first, then indirect light.
+    /// The settings of resampling for each kind of light that is rendered and whose candidates are drawn by the method
+    /// `candidates`. Direct light comes before indirect light.
     fn drawing_from(
         &self,
         candidates: Candidates,
@@ -81,8 +81,8 @@ impl Settings {
     }
 
     /// The options with which the light BVH (a tree of lights) is built; `None` if no candidates are drawn from it. The tree
-    /// contains no rare lights (the dimmest ones) if direct and indirect light, as far as they draw from the tree, have
-    /// separate candidates for rare lights.
+    /// contains no rare lights (the dimmest ones) if each kind of light that draws from the tree has separate candidates for
+    /// rare lights.
     pub fn light_bvh_options(&self, bounces: u32) -> Option<LightBvhOptions> {
         let settings = &self.light_bvh;
         self.has_candidates(Candidates::LightBvh, bounces)

@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
-    /// `light-bvh` if the scene has 64 lights or more that are neither rare (the dimmest ones) nor infinitely far away, and
-    /// if these lights form more than one emitter group (triangles with common corners form one group); otherwise `power`.
+    /// The scene decides: `light-bvh` if it has at least 64 lights and they form more than one emitter group (triangles with
+    /// common corners form one group), otherwise `power`. Infinitely distant lights do not count, nor do rare lights (the
+    /// dimmest ones) if they have separate candidates.
     #[default]
     Auto,
     /// All lights of the scene have the same probability.
@@ -31,13 +32,13 @@ pub enum Candidates {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReuseMode {
-    /// No reservoirs: each frame uses only its own candidates.
+    /// A pixel merges no other reservoirs: each frame uses only its own candidates.
     None,
-    /// The reservoir that the surface of the pixel had in the previous frame; no reservoirs of neighbours.
+    /// A pixel merges the reservoir that its surface had in the previous frame, but no reservoirs of neighbours.
     Temporal,
-    /// The reservoirs of neighbouring pixels in the same frame; no reservoir of the previous frame.
+    /// A pixel merges the reservoirs of neighbouring pixels in the same frame, but not the reservoir of the previous frame.
     Spatial,
-    /// First the reservoir that the surface of the pixel had in the previous frame, then the reservoirs of neighbouring
+    /// A pixel merges first the reservoir that its surface had in the previous frame, then the reservoirs of neighbouring
     /// pixels.
     #[default]
     Spatiotemporal,
@@ -60,11 +61,11 @@ impl ReuseMode {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Search {
-    /// `neighbours` random pixels near the pixel are tried. Those whose surfaces are not similar enough are left out, so
-    /// fewer may be merged.
+    /// The search tries `neighbours` random pixels near the pixel. It leaves out those whose surfaces are not similar
+    /// enough, so fewer may be merged.
     Random,
-    /// Random pixels near the pixel are tried until `neighbours` similar ones are found, but at most `tries` × `neighbours`
-    /// pixels.
+    /// The search tries random pixels near the pixel until it has found `neighbours` similar ones, but at most `tries` ×
+    /// `neighbours` pixels.
     #[default]
     Greedy,
 }
@@ -73,9 +74,9 @@ pub enum Search {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Temporal {
-    /// Maximum confidence in a merge of the history, the reservoir that the pixel's surface had in the previous frame. Unit:
-    /// initial reservoirs. Higher: less noise, but errors stay longer and frames are more correlated. 0: no history.
-    /// Unbiased at any value.
+    /// Maximum confidence of the history in a merge. The history is the reservoir that the pixel's surface had in the
+    /// previous frame. Unit: the confidence of one initial reservoir. Higher: less noise, but errors stay longer and frames
+    /// are more correlated. 0: no history. Unbiased at any value.
     #[schemars(range(min = 0, max = 500))]
     pub confidence_cap: u32,
 }
@@ -99,11 +100,11 @@ pub struct Spatial {
     /// `mis=balance`, evaluations and rays grow with the square of the number. Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
-    /// Maximum number of neighbours that a pixel merges in the first pass if its surface has no history: in the first frame,
-    /// where something has come into view, and everywhere with `temporal.confidence_cap=0`. If `neighbours` is larger, it is
-    /// used instead. No effect unless `reuse=spatiotemporal`, and none with `mis=balance`. Higher: less noise on these
-    /// surfaces. Cost: as for `neighbours`, in all pixels of the first frame and few pixels of later frames. Unbiased at any
-    /// value.
+    /// Maximum number of neighbours that a pixel merges in the first pass if its surface has no history. This is so in the
+    /// first frame, on surfaces that the previous frame did not show, and everywhere with `temporal.confidence_cap=0`. If
+    /// `neighbours` is larger, it is used instead. No effect unless `reuse=spatiotemporal`, and none with `mis=balance`.
+    /// Higher: less noise on these surfaces. Cost: as for `neighbours`, in all pixels of the first frame and few pixels of
+    /// later frames. Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours_without_history: u32,
     /// Radius of the disc around a pixel in which its neighbours are drawn; half of them are drawn within a quarter of the
@@ -118,9 +119,9 @@ pub struct Spatial {
     /// neighbours are found at edges and on small surfaces. Unbiased at any value.
     #[schemars(range(min = 1, max = 16))]
     pub tries: u32,
-    /// Maximum confidence of a neighbour's reservoir in a merge. Unit: initial reservoirs. Lower: less noise in later
-    /// frames, because the history of the pixel itself, which fits its surface best, has more weight; higher: less noise in
-    /// the first frames. Unbiased at any value.
+    /// Maximum confidence of a neighbour's reservoir in a merge. Unit: the confidence of one initial reservoir. Lower: less
+    /// noise in later frames, because the history of the pixel itself, which fits its surface best, has more weight; higher:
+    /// less noise in the first frames. Unbiased at any value.
     #[schemars(range(min = 1, max = 500))]
     pub confidence_cap: u32,
 }
@@ -149,7 +150,7 @@ pub struct Similar {
     #[schemars(range(min = 0.0, max = 180.0))]
     pub normal: f32,
     /// Largest difference between the distances of two similar surfaces from the camera, as a fraction of the distance of
-    /// the pixel that reuses. Lower: less noise at edges, fewer neighbours.
+    /// the surface that reuses samples. Lower: less noise at edges, fewer neighbours.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub depth: f32,
     /// True if surfaces are similar only if they have the same material; false if the material does not matter.
@@ -179,8 +180,8 @@ pub struct Resampling {
     #[schemars(range(min = 1, max = 1024))]
     pub light_samples: u32,
     /// Minimum probability that a pixel traces a shadow ray to a rare emitter; a path vertex traces it with exactly this
-    /// probability. The dimmest emitters are rare if together they have less than 1/96 of all power and each has less than
-    /// 1/8 of the mean power: in resampling, brighter but hidden emitters would win against them. Rare emitters have
+    /// probability. Rare emitters are the dimmest ones: together they have less than 1/96 of all power, and each has less
+    /// than 1/8 of the mean power. Brighter but hidden emitters would win against them in resampling, so rare emitters have
     /// separate candidates, without reuse. 0: they are resampled like all other emitters. No effect unless
     /// `visibility=weights`. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 0.95))]

@@ -65,8 +65,8 @@ impl WorldSize {
         }
     }
 
-    /// Checks that an entry in the lists of the table can store the index of every vertex, for which it has
-    /// `WORLD_VERTEX_BITS` bits.
+    /// Checks that the number of vertices is small enough for the lists of the table, whose entries have `WORLD_VERTEX_BITS`
+    /// bits for the index of a vertex.
     ///
     /// # Errors
     /// There are more vertices than an index of `WORLD_VERTEX_BITS` bits can name.

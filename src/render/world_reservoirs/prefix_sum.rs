@@ -42,8 +42,8 @@ impl PrefixSum {
         })
     }
 
-    /// The number of words that a buffer must have from the first value on, so that `count` values can be summed. They are
-    /// the values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
+    /// The number of words that the buffer must have for a prefix sum of `count` values, counted from the first value. The
+    /// words are the values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
         // The sum of the last block is written too.

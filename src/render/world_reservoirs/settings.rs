@@ -50,8 +50,8 @@ pub struct WorldReservoirsSettings {
     /// at any value.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
-    /// Width of the range around a vertex from which it selects the cell of the reservoirs that it merges, at random. Unit:
-    /// cells. Lower: the borders of cells show in the noise. Unbiased at any value.
+    /// Width of the range around a vertex in which a point is picked at random. The vertex merges reservoirs of the cell at
+    /// this point. Unit: cells. Lower: the borders of cells become visible in the noise. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 16.0))]
     pub jitter: f32,
     /// Maximum number of world reservoirs that a vertex merges with its own light sample. Higher: each vertex benefits from
@@ -68,9 +68,10 @@ pub struct WorldReservoirsSettings {
     /// slot are not used, so there is more noise. Unbiased at any value.
     #[schemars(range(min = 1e-9, max = 1000.0))]
     pub table: f64,
-    /// Minimum number of lights in a scene with which it has world reservoirs; rare lights and infinitely distant lights do
-    /// not count. With fewer lights, the candidates of a vertex find the right ones. A scene with a single emitter group, of
-    /// any number of triangles, has no world reservoirs either. 0: every scene has world reservoirs.
+    /// Minimum number of lights in a scene that has world reservoirs. With fewer lights, the light candidates of a vertex
+    /// find the lights that matter. Infinitely distant lights do not count, nor do rare lights (the dimmest ones) if they
+    /// have separate candidates. A scene with a single emitter group, of any number of triangles, has no world reservoirs
+    /// either. 0: every scene has world reservoirs.
     #[schemars(range(min = 0, max = 1000000000))]
     pub min_lights: u32,
     /// Maximum number of vertices of each path that store and merge world reservoirs, counted from the second vertex on.

@@ -46,8 +46,8 @@ crate::bindings! {
 /// but a look-up compares more keys.
 const BUCKET_SLOTS: u64 = 8;
 
-/// The size of a table that finds the list of path vertices of a cell of space by the key of the cell. The table is divided
-/// into buckets.
+/// The size of the table of world reservoirs. From the key of a cell of space, the table finds the list of path vertices in
+/// this cell. It is divided into buckets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableSize {
     /// The number of vertices of a frame that have reservoirs. If it is 0, there are no world reservoirs, and no pass uses
@@ -56,8 +56,8 @@ pub struct TableSize {
     /// The number of buckets, a power of two. The key of a cell decides its bucket, so that a look-up of the cell reads only
     /// this bucket.
     pub buckets: u64,
-    /// The number of slots per bucket, a power of two. Each slot can store one cell. Cells for which their bucket has no
-    /// slot are dropped.
+    /// The number of slots per bucket, a power of two. Each slot can store one cell. If more cells than this belong to a
+    /// bucket, some of them are dropped.
     pub bucket_slots: u64,
 }
 

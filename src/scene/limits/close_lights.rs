@@ -68,8 +68,10 @@ struct Candidate {
     name: String,
 }
 
-/// The light with the smallest [`CloseLight::height`] above a surface that it lights, seen from a camera at `eye` in world
-/// space. `None` if all heights are at least [`COARSE_LIGHT`]. `lights` are the scene's emissive triangles.
+/// Finds the light that is closest to a surface that it lights, which means the one with the smallest
+/// [`CloseLight::height`]. `eye` is the position of the camera in world space; `lights` are the scene's emissive triangles.
+/// Emitters that are too large for a report (see [`SMALL`]) are left out. `None` if all heights are at least
+/// [`COARSE_LIGHT`].
 pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Option<CloseLight> {
     let lists = lists(candidates(scene, lights, eye));
     if lists.is_empty() {
@@ -118,9 +120,9 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     closest
 }
 
-/// Lights whose reaches (see [`Candidate::reach`]) differ by less than a factor of two, sorted by their position along
-/// `axis`, so that the lights near a triangle are found by a binary search. In one list for all lights, a single long reach
-/// would make each triangle examine all of them.
+/// Candidates whose reaches (see [`Candidate::reach`]) differ by less than a factor of two. They are sorted by their
+/// position along `axis`, so that a binary search finds those near a triangle. The search uses the largest reach of the
+/// list. In one list of all candidates, a single long reach would make it return nearly all of them for each triangle.
 struct List {
     axis: usize,
     reach: f64,
@@ -128,7 +130,8 @@ struct List {
 }
 
 impl List {
-    /// The candidates of the list that are at most their reach away from the box `bounds` along every axis.
+    /// The candidates of the list that are near the box `bounds`: along every axis, the distance between the candidate and
+    /// the box is at most the candidate's reach.
     fn near(&self, bounds: &Bounds) -> impl Iterator<Item = &Candidate> {
         let (low, high) = (bounds.min[self.axis], bounds.max[self.axis]);
         let first = (self.candidates).partition_point(|c| c.at[self.axis] < low - self.reach);

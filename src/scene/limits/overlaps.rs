@@ -7,17 +7,18 @@ use super::super::{Bounds, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The difference between the unit normals of two planes, in each component, below which the planes count as parallel. It is
-/// also the size of the cells into which normals are sorted.
+/// The size of the cells into which unit normals are sorted, in each component. Two planes count as parallel if their
+/// normals are in the same cell, and so differ by less than this.
 const PARALLEL: f64 = 1e-5;
 
-/// The distance between two parallel planes, divided by the largest coordinate of all emissive triangles, below which they
-/// count as the same plane. Rounding to f32 moves planes by about a tenth of this distance.
+/// The size of the cells into which parallel planes are sorted by their distance from the origin, divided by the largest
+/// coordinate of all emissive triangles. Parallel planes in the same cell count as the same plane. Rounding to f32 moves
+/// planes by about a tenth of this size.
 const SAME_PLANE: f64 = 1e-6;
 
-/// The offsets of four grids, as fractions of a cell. The axes of each grid are the three components of a plane's normal and
-/// its distance from the origin, and planes in one cell are compared. If rounding puts two equal planes into different cells
-/// of one grid, they nearly always share a cell of another grid.
+/// The offsets of four grids, as fractions of a cell. Planes are sorted into the cells of each grid by the three components
+/// of their normal and by their distance from the origin, and triangles whose planes share a cell are compared. Rounding can
+/// put two equal planes into different cells of one grid, but they nearly always share a cell of another grid.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
 /// The number of overlapping pairs of triangles at which the search ends; the message then says that there may be more.
@@ -157,7 +158,8 @@ fn towards_one_side(normal: DVec3) -> DVec3 {
     normal * first.unwrap_or(1.0).signum()
 }
 
-/// True if two triangles of one plane share more than the fraction [`LEAST_OVERLAP`] of the smaller triangle's area.
+/// True if two triangles overlap: the area that they share exceeds the fraction [`LEAST_OVERLAP`] of the smaller triangle's
+/// area. The caller ensures that both triangles lie in the same plane; this is not tested.
 fn overlap(one: &LightTriangle, other: &LightTriangle) -> bool {
     let origin = one.corners[0];
     let u = (one.corners[1] - origin).normalize_or_zero();

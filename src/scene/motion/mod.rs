@@ -143,8 +143,9 @@ impl Motion {
         self.instances.get(index).is_some_and(Option::is_some)
     }
 
-    /// The same motion in a simpler form: tracks that never change their value are replaced by the value, what does not move
-    /// is detached from its node, and nodes that nothing uses are removed. `None` if nothing is left that moves or changes.
+    /// The same motion in a simpler form. A track whose value never changes is replaced by this value. Instances, cameras
+    /// and lights that do not move are detached from their nodes, and nodes that nothing uses are removed. `None` if nothing
+    /// moves or changes.
     pub(crate) fn simplified(mut self) -> Option<Self> {
         let mut moves = Vec::with_capacity(self.nodes.len());
         for node in &mut self.nodes {

@@ -68,10 +68,10 @@ impl Keyed for DQuat {
 pub enum Interpolation {
     /// The value of a key applies until the time of the next key, where it jumps.
     Step,
-    /// Linear interpolation between two keys; spherical linear interpolation for rotations.
+    /// The value between two keys is interpolated linearly; a rotation spherically, along the shorter arc.
     Linear,
-    /// A cubic Hermite spline through the values of the keys. Each key also stores two tangents: of the curve before it and
-    /// of the curve after it.
+    /// The value follows a cubic Hermite spline through the values of the keys. Each key also stores two tangents of the
+    /// spline: one for the curve before the key, and one for the curve after it.
     CubicSpline,
 }
 
@@ -198,8 +198,8 @@ impl<T: Keyed> Track<T> {
 /// A value that is constant or changes with time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animated<T> {
-    /// The value at all times if there is no track. With a track it does not affect pictures; files that are exported state
-    /// it as the value without animation.
+    /// The value at all times if there is no track. If there is a track, pictures do not depend on this value; an exported
+    /// file states it as the value that applies without the animation.
     pub rest: T,
     /// The keyframes of the value; `None` if the value is constant.
     pub track: Option<Track<T>>,

@@ -6,9 +6,10 @@ use crate::scene::{Material, Mesh};
 use crate::{Error, Result};
 use std::fmt::Display;
 
-/// Checks a mesh, and fails at the first fault: its attributes must be finite and have one value per vertex or none; its
-/// indices must be in range; its parts must cover its triangles; and it must have the texture coordinates that the textures
-/// of its materials use. `index` is the mesh's index in the scene, for messages.
+/// Checks a mesh, and fails at the first fault: 32 bits must suffice to count its vertices and triangles; its attributes
+/// must be finite and have one value per vertex or none; no coordinate may exceed [`LARGEST_COORDINATE`]; its indices must
+/// be in range; its parts must cover its triangles; and it must have the texture coordinates that the textures of its
+/// materials use. `index` is the mesh's index in the scene, for messages.
 pub(super) fn check_mesh(index: usize, mesh: &Mesh, materials: &[Material]) -> Result<()> {
     let what = label("mesh", index, &mesh.name);
     let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));

@@ -9,10 +9,9 @@ use std::f64::consts::FRAC_PI_2;
 /// causes an irradiance of [`BRIGHTEST`].
 const MOST_INTENSE: f32 = 1e30;
 
-/// Checks that the half angles of a spot's cones, in radians, are 0 ≤ inner ≤ outer ≤ π/2, and outer above 0; otherwise
-/// fails. `what` is the name of the light in messages. A wider cone would light the space behind the spot.
-/// `KHR_lights_punctual` also forbids equal angles, but they are accepted, because Blender writes them for a spot with a
-/// sharp edge.
+/// Checks the half angles of a spot's cones, in radians, and fails unless 0 ≤ `inner` ≤ `outer` ≤ π/2 and `outer` is above
+/// 0. A wider cone would light the space behind the spot. `KHR_lights_punctual` also forbids equal angles, but they are
+/// accepted, because Blender writes them for a spot with a sharp edge. `what` is the name of the light in messages.
 pub fn check_cone(what: &str, inner: f64, outer: f64) -> Result<()> {
     if inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= FRAC_PI_2 {
         return Ok(());

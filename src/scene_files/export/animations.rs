@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 /// The name of the glTF extension with which an animation can change the emission of a material.
 pub const POINTER: &str = "KHR_animation_pointer";
 
-/// The JSON of one glTF node for each node of the motion, in the same order. It contains the transform that the node has
-/// without its keyframes, and the indices of the node's children in this list.
+/// The JSON of one glTF node for each node of the motion, in the same order. The JSON of a node contains the transform that
+/// applies without the animation, and the indices of the node's children in this list.
 pub fn nodes(motion: &Motion) -> Vec<Value> {
     let mut nodes: Vec<Value> = motion
         .nodes
@@ -45,8 +45,8 @@ pub fn matrix(transform: &DAffine3) -> [f64; 16] {
     DMat4::from(*transform).to_cols_array()
 }
 
-/// Writes into the JSON of each material with animated emission the emission that applies without its keyframes, as a colour
-/// and a strength. `materials` contains the JSON of all materials, in the order of the scene.
+/// Writes the emission that applies without the animation into the JSON of each material whose emission is animated. It is
+/// written as a colour and a strength. `materials` contains the JSON of all materials, in the order of the scene.
 pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     for Emission {
         material,

@@ -64,9 +64,9 @@ struct Binary {
 }
 
 impl Binary {
-    /// Appends `values`, whose components have four bytes each, to the binary chunk, and returns the index of their
-    /// accessor. `accessor` is the JSON of this accessor without its buffer view. `target` is the buffer view's target in
-    /// glTF for vertices or indices; `None` for other data, such as keyframes.
+    /// Appends `values` to the binary chunk, and returns the index of their accessor. Each component of a value must have
+    /// four bytes. `accessor` is the JSON of the accessor without its buffer view. `target` is the number by which glTF
+    /// marks a buffer view of vertices or of indices; `None` for other data, such as keyframes.
     fn push<T: bytemuck::Pod>(
         &mut self,
         values: &[T],
@@ -95,8 +95,8 @@ impl Binary {
     }
 }
 
-/// Splits a linear RGB value into a colour, whose channels are at most 1, and a strength of at least 1, whose product with
-/// the colour is `light`. glTF stores both, because it limits the channels of colours to 1.
+/// Splits `light`, a linear RGB value, into a colour with channels of at most 1 and a strength of at least 1. The product of
+/// both is `light`. glTF stores both, because it limits the channels of colours to 1.
 fn color_and_strength(light: Vec3) -> (Vec3, f32) {
     let strength = light.max_element().max(1.0);
     (light / strength, strength)

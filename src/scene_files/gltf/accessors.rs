@@ -12,8 +12,8 @@ use glam::{Vec2, Vec3, Vec4};
 /// element has 16 bytes, four floats.
 const ZEROS: [u8; 16] = [0; 16];
 
-/// The maximum number of elements of an animation's accessor without a buffer view. Such elements take no bytes in the file,
-/// so a number of elements that is wrong could otherwise fill the memory with zeros.
+/// The maximum number of elements (1,048,576) of an accessor without a buffer view that an animation uses. Such elements are
+/// 0 and take no bytes in the file, so a wrong number of elements could otherwise fill the memory with zeros.
 const MAX_ZEROS: u64 = 1 << 20;
 
 /// Reads the accessors of a document from the bytes of its buffers.
@@ -86,8 +86,8 @@ enum Component {
 }
 
 impl Component {
-    /// The component type that glTF's `componentType` denotes by `code`, such as 5126 for floats; `None` for an unknown
-    /// code.
+    /// The component type with the number `code` in glTF's `componentType`, such as floats for 5126; `None` for an unknown
+    /// number.
     fn of(code: u64) -> Option<Self> {
         match code {
             5120 => Some(Self::I8),
@@ -332,8 +332,9 @@ impl<'a> Accessors<'a> {
     }
 
     /// The bytes of `count` elements of `size` bytes each, which start at byte `offset` of the buffer view with the index
-    /// `view`. If `strided` is true, the starts of the elements are `byteStride` of the view apart, if it states one;
-    /// otherwise the elements are adjacent. `what` names the elements in messages. Fails if they extend beyond the view.
+    /// `view`. The elements are adjacent; but if `strided` is true and the view states a `byteStride`, this is the distance
+    /// in bytes between the starts of two elements. `what` names the elements in messages. Fails if the elements extend
+    /// beyond the view, or if the distance is less than `size` or above 252 bytes.
     fn range(
         &self,
         what: &str,

@@ -138,8 +138,8 @@ fn target(
     })
 }
 
-/// The place from which the keyframes of one channel are read: a sampler of an animation, by its index. The other fields
-/// serve messages.
+/// The place from which the keyframes of one channel are read: the sampler of `animation` with the index `sampler`.
+/// `animation_index` and `channel` serve messages.
 struct Source<'a> {
     accessors: &'a Accessors<'a>,
     animation: &'a Animation,

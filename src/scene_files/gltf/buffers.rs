@@ -81,8 +81,8 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// One entry per buffer, in the order of the document: the index in `copies` of the buffer's bytes, or `None` if they
-    /// are the binary chunk, and the length of the buffer in bytes.
+    /// One entry per buffer, in the order of the document. It contains the index in `copies` of the buffer's bytes (`None`
+    /// if they are in the binary chunk), and the length of the buffer in bytes.
     sources: Vec<(Option<usize>, usize)>,
 }
 

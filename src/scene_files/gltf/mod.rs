@@ -43,12 +43,13 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// The estimated memory of one object or list of the JSON, in bytes, including the data of the scene that are made from it.
-/// An example is a node without members.
+/// The estimated memory of one object or list of the JSON, in bytes (1 KiB). It includes the parts of the scene that are
+/// made from the object or list, such as those made from a node.
 const OBJECT_BYTES: u64 = 1 << 10;
 
-/// The estimated memory of a string, without its text, that is an item of a list or a member of an object, in bytes. A list
-/// that begins with a number also counts with this memory.
+/// The estimated memory, in bytes, of a string that is an item of a list or the name of an object's member, without the text
+/// of the string. The first item or name is already part of [`OBJECT_BYTES`]. A list that begins with a number counts with
+/// this memory instead of [`OBJECT_BYTES`].
 const STRING_BYTES: u64 = 128;
 
 /// The estimated memory of a number in a list, in bytes. The first number of a list is already part of [`STRING_BYTES`],

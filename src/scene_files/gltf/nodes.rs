@@ -10,7 +10,8 @@ use crate::scene::notices::{Tally, label};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
-/// A node that belongs to the scene, with its transforms at rest, without keyframes: to its parent and to the world.
+/// A node that belongs to the scene, with its transform to its parent and its transform to the world. Both are those that
+/// apply without keyframes.
 pub struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,

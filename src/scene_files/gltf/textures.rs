@@ -16,8 +16,8 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-/// The textures of a glTF file, and the indices of the images that were loaded for them. [`Self::of_material`] returns those
-/// of one material for the scene.
+/// The textures of a glTF file, and the indices of the images that were loaded for them. [`Self::of_material`] returns the
+/// textures of one material for the scene.
 pub struct Textures<'a> {
     document: &'a Document,
     uses: &'a Uses,
@@ -109,10 +109,10 @@ impl<'a> Textures<'a> {
         Ok((textures, images))
     }
 
-    /// The textures of the material at `index` of the glTF file, for base colour, metallic-roughness, normal and emission,
-    /// in this order. `None` if the material has no such texture, if the texture would have no effect, or if its image is
-    /// missing. Fails if an index, a wrap mode or the set of texture coordinates is wrong; `what` is the name of the
-    /// material in the error.
+    /// The textures of one material for base colour, metallic-roughness, normal and emission, in this order; `index` is the
+    /// material's index in the glTF file. An element is `None` if the material has no such texture or no faces, if the
+    /// texture would have no effect, or if its image is missing. Fails if an index, a wrap mode or the set of texture
+    /// coordinates is wrong; `what` is the name of the material in the error.
     pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
         if !self.uses.has_faces[index] {
             return Ok([None; 4]);
@@ -196,10 +196,10 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// The supported textures of a material, each with its name for messages: base colour, metallic-roughness, normal, emissive.
-/// `None` if the material lacks the texture, or if the texture has no effect on the picture: in an unlit material only that
-/// of the base colour has one. The emissive texture has an effect only if `emits` is true, which means that the material
-/// emits light at some time.
+/// The supported textures of a material for base colour, metallic-roughness, normal and emission, in this order, each with
+/// its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit
+/// material, only the base colour texture has an effect. The emissive texture has an effect only if `emits` is true, which
+/// means that the material emits light at some time.
 fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
     let pbr = &material.pbr_metallic_roughness;
     let lit = |texture| {
@@ -235,8 +235,8 @@ fn transform(placed: &TextureTransform) -> Affine2 {
 
 impl<'a> Source<'a> {
     /// The source of an image's bytes; `None` if the image's file is missing, or is outside of the scene's folder while the
-    /// user permits missing files. Fails if the file may not or cannot be opened, or if the image has no source. `what` is
-    /// the image's name in messages.
+    /// user permits missing files. Fails if the image has no source, if its URI does not name a local file, or if the file
+    /// cannot be opened or is outside of the scene's folder without a permission. `what` is the image's name in messages.
     fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {

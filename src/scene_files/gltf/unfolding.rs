@@ -6,12 +6,12 @@ use crate::base::memory;
 use crate::{Error, Result};
 use std::cell::Cell;
 
-/// The number of bytes that the elements of a glTF file may take, when copied out of its buffers, for each byte of the file.
-/// The whole limit is this number times the size of the file, plus [`FREE_BYTES`].
+/// For each byte of a glTF file, the elements that are copied out of its buffers may take this number of bytes. The whole
+/// limit is this number times the size of the file, plus [`FREE_BYTES`].
 const RATIO: u64 = 64;
 
-/// The constant part of the limit: the number of bytes that the elements of a glTF file may take in any case when copied out
-/// of its buffers, however small the file is.
+/// The constant part of the limit, in bytes (1 GiB). The elements of a glTF file may take this much memory in any case,
+/// however small the file is.
 const FREE_BYTES: u64 = 1 << 30;
 
 /// The number of bytes that the elements of a glTF file (vertices, indices, keys) may still take when they are copied out of
@@ -19,8 +19,8 @@ const FREE_BYTES: u64 = 1 << 30;
 pub struct Unfolding(Cell<u64>);
 
 impl Unfolding {
-    /// The limit for a file, before anything is read from it. `file_bytes` is the size of its buffers and of its JSON
-    /// together.
+    /// The whole limit for a glTF file from which no elements were read yet. `file_bytes` is the size of its buffers and of
+    /// its JSON together, in bytes.
     pub fn of(file_bytes: u64) -> Self {
         Self(Cell::new(
             FREE_BYTES.saturating_add(file_bytes.saturating_mul(RATIO)),

@@ -10,7 +10,7 @@ pub const MISSING: u32 = u32::MAX;
 
 /// A corner of a face: indices, from 0, into the positions, normals and texture coordinates of the whole file. `normal` and
 /// `coordinates` are [`MISSING`] if the face does not state them. `coordinates` is also [`MISSING`] if the face's material
-/// has no textures, so that it does not split vertices without need.
+/// has no textures; corners that differ only in unused texture coordinates can then share a vertex.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Corner {
     pub position: u32,
@@ -23,14 +23,14 @@ pub struct Corner {
 #[derive(Default)]
 pub struct Building {
     pub mesh: Mesh,
-    /// For each different corner so far, the index in the mesh of its vertex, so that equal corners share a vertex.
+    /// Maps each corner that occurred so far to the index of its vertex in the mesh, so that equal corners share a vertex.
     vertices: HashMap<Corner, u32>,
     pub has_normals: bool,
     pub has_coordinates: bool,
 }
 
 impl Building {
-    /// The index in the mesh of the vertex for a corner. If no equal corner was used before, a new vertex is added.
+    /// Returns the index, in the mesh, of the vertex of a corner. If no equal corner was used before, a new vertex is added.
     /// `position` is the corner's position relative to the mesh's origin; `normals` and `coordinates` are all normals and
     /// texture coordinates of the file, into which the corner has indices.
     pub fn vertex(

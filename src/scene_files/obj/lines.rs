@@ -4,8 +4,8 @@ use crate::scene::notices::quoted;
 use crate::{Error, Result};
 use std::io::{BufRead, Read};
 
-/// The maximum length of a statement, in bytes. The lines that a statement continues with a backslash count too. A longer
-/// statement is an error, because it would fill the memory and no sensible OBJ or MTL file has it.
+/// The maximum length of a statement, in bytes (64 MiB). If backslashes join several lines to one statement, their lengths
+/// are added. A longer statement is an error, because it would fill the memory and no sensible OBJ or MTL file has it.
 const MAX_BYTES: usize = 64 << 20;
 
 /// A reader that returns the statements of an OBJ or MTL file one after another, and reuses its memory for each. A backslash

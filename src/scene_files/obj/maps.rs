@@ -96,8 +96,8 @@ pub fn load(
 /// The decoded images of all files that the textures of used materials name. Each file is read once, however many textures
 /// name it.
 struct Files<'a> {
-    /// For the two possible paths of a texture's file ([`Map::files`]): the index of the image in `images`. `None` if the
-    /// file is missing, which the user has then permitted.
+    /// Maps the two possible paths of a texture's file ([`Map::files`]) to the index of its image in `images`. `None` if the
+    /// file is missing and the user permits this.
     image_of: HashMap<&'a [PathBuf; 2], Option<usize>>,
     images: Vec<Image>,
 }
@@ -155,9 +155,10 @@ fn what(map: &Map) -> String {
     format!("texture in {} of its MTL file", map.location)
 }
 
-/// An image with the size and the name of `like`, with roughness in the green channel and metalness in the blue one, as glTF
-/// stores them. Their values are read from the red channels of the images `roughness` and `metallic`, which have the size of
-/// `like`. For `None` the channel is 255, so that only the material's factor counts.
+/// Makes an image with roughness in the green channel and metalness in the blue one, as glTF stores them. Their values are
+/// read from the red channels of the images `roughness` and `metallic`. For `None` the channel is 255, so that only the
+/// material's factor counts. The new image has the size and the name of `like`; the caller ensures that the other images
+/// have this size too.
 fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) -> Image {
     let red = |image: Option<&Image>, i: usize| image.map_or(255, |image| image.texels[i][0]);
     let texel = |i| [255, red(roughness, i), red(metallic, i), 255];
@@ -167,8 +168,8 @@ fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) ->
     }
 }
 
-/// The texture of the scene for a texture of an MTL file; `image` is the index of its image in the scene. The transform of
-/// the texture is converted, because v points up in OBJ and down in the scene.
+/// Converts a texture of an MTL file to a texture of the scene; `image` is the index of its image in the scene. The
+/// transform changes too, because v points up in OBJ and down in the scene.
 fn texture(map: &Map, image: u32) -> Texture {
     let flip = Affine2::from_mat2_translation(Mat2::from_diagonal(Vec2::new(1.0, -1.0)), Vec2::Y);
     let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };

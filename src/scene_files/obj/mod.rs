@@ -8,13 +8,13 @@
 //!   colours on some vertices only, colours with alpha, and a tab behind `usemtl`;
 //! - it drops all materials of an MTL file with Latin-1, a continued line or `d -halo 0.5`;
 //! - it ignores the face statement `fo`;
-//! - it builds wrong meshes: where only some faces have normals, other faces get them; concave polygons are cut across their
-//!   outside; a line `l 1 2 3` or a face of two corners becomes a triangle;
-//! - it accepts `nan`, numbers beyond f32, indices of normals in a file without normals, and, as an empty scene, a text that
-//!   is no OBJ.
+//! - it builds wrong meshes: if only some faces have normals, the other faces get normals too; concave polygons get
+//!   triangles outside of their outline; a line `l 1 2 3` or a face of two corners becomes a triangle;
+//! - it accepts `nan`, numbers beyond f32, and indices of normals in a file without normals. It reads a text that is no OBJ
+//!   as an empty scene.
 //!
-//! Each `o` or `g` begins a mesh; its materials become parts. [`super::polygon`] cuts polygons into triangles, concave ones
-//! too. Free-form curves and surfaces are skipped.
+//! Each `o` or `g` statement begins a mesh, which has one part for each of its materials. [`super::polygon`] cuts polygons
+//! into triangles, concave ones too. Free-form curves and surfaces are skipped.
 
 mod building;
 mod lines;
@@ -126,9 +126,9 @@ struct Reader<'a> {
     /// The origin of the current mesh, in the coordinates of the file. The mesh stores its positions relative to this point,
     /// so that f32 is precise enough far from the file's origin.
     center: DVec3,
-    /// The number of positions, from the start of the file, that were read before the origin of a mesh was last computed.
-    /// The origin of the next mesh is computed from the positions after these. If there are none, as in a file that lists
-    /// all positions first, the next mesh has the same origin.
+    /// The number of positions that had been read when the origin of a mesh was last computed. The origin of the next mesh
+    /// is computed from the positions after these. If there are none, as in a file that lists all positions first, the next
+    /// mesh has the same origin.
     centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
@@ -147,8 +147,8 @@ struct Reader<'a> {
     grey: Option<u32>,
     mesh: Building,
     tally: Tally,
-    /// The corners of the current face. Between faces the list has no meaning; it is a field only so that its memory is
-    /// reused.
+    /// The corners of the current face. The list is used only while a face is processed; it is a field so that its memory is
+    /// reused for the next face.
     corners: Vec<Corner>,
     /// The positions of the current face's corners relative to the mesh's origin, in the order of `corners`. It is a field
     /// only so that its memory is reused.
@@ -182,8 +182,9 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Processes one statement of the OBJ file. Returns false if its keyword is not one of OBJ; an unsupported keyword of
-    /// OBJ is ignored and returns true. Fails if the words after the keyword are wrong, or if there is not enough memory.
+    /// Processes one statement of the OBJ file. Returns true if its keyword belongs to OBJ, even if the reader does not
+    /// support it and ignores the statement. Fails if the words after the keyword are wrong, or if there is not enough
+    /// memory.
     fn statement(&mut self, line: &Line) -> Result<bool> {
         match line.keyword {
             "v" => {
@@ -469,9 +470,9 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The origin for a mesh with these positions, in the coordinates of the file. If the centre of their bounding box is
-/// further from 0 than 256 times the size of the box, both measured along the coordinate axes, the origin is this centre, so
-/// that f32 positions relative to it are precise enough. Otherwise the origin is 0.
+/// The origin for a mesh with these positions, in the coordinates of the file. It is the centre of their bounding box if the
+/// mesh is small and far away: if the absolute value of a coordinate of the centre is above 256 times the longest side of
+/// the box. f32 positions relative to the centre are then precise enough. Otherwise the origin is 0.
 fn center_of(positions: &[DVec3]) -> DVec3 {
     const FAR: f64 = 256.0;
     let bounds = Bounds::of(positions.iter().copied());
@@ -481,8 +482,8 @@ fn center_of(positions: &[DVec3]) -> DVec3 {
         .map_or(DVec3::ZERO, |bounds| bounds.center())
 }
 
-/// Checks that `bytes` bytes of memory are free for the data of the statement `line`. Fails if they are not; the error names
-/// the statement.
+/// Checks that at least `bytes` bytes of memory are free for the data of the statement `line`. If less is free, this fails;
+/// the error names the statement.
 fn check_memory(line: &Line, bytes: u64) -> Result<()> {
     memory::check(bytes).map_err(|cause| line.wrong(&format!("{cause}; give a smaller scene")))
 }

@@ -81,8 +81,8 @@ pub struct Map {
     /// Two possible paths of the image file, both relative to the folder of the OBJ file; the first one that exists is used.
     /// Some programs write paths relative to the MTL file (the first path), others relative to the OBJ file (the second).
     pub files: [PathBuf; 2],
-    /// The transform from a vertex's texture coordinates to coordinates in the image, which covers [0, 1]: scale (option
-    /// `-s`), then offset (option `-o`). v points up in both, unlike in the scene.
+    /// The transform from a vertex's texture coordinates to coordinates in the image, in which the image covers [0, 1]. It
+    /// scales (option `-s`), then adds an offset (option `-o`). v points up before and after it, unlike in the scene.
     pub transform: Affine2,
     /// True if the texels at the edge continue beyond the image (option `-clamp on`); false if the image repeats.
     pub clamp: bool,
@@ -90,9 +90,9 @@ pub struct Map {
     pub location: String,
 }
 
-/// Reads an MTL file. Appends its materials to `materials`, still without textures, and for each of them one entry to
-/// `maps`. `folder` is the path of the MTL file's folder relative to that of the OBJ file. Returns what the reader ignored;
-/// errors name the line, not the file.
+/// Reads an MTL file. Appends its materials to `materials`, whose fields for textures stay empty. Appends to `maps`, for
+/// each of them, the textures that the file states. `folder` is the path of the MTL file's folder relative to that of the
+/// OBJ file. Returns what the reader ignored. Errors name the line, but not the file.
 pub fn read(
     source: impl BufRead,
     folder: &Path,
@@ -152,9 +152,9 @@ pub fn read(
     Ok(library)
 }
 
-/// Applies a statement to the material, if it states a colour or a number that is supported; ignores it otherwise. Returns
-/// true if the statement makes the material transparent, which the reader does not support. Fails if the statement's numbers
-/// are wrong.
+/// Applies a statement to the material if it states a colour or a number that is supported, and ignores other statements.
+/// Returns true if the statement makes the material transparent, which the reader does not support. Fails if the statement's
+/// numbers are wrong.
 fn statement(line: &Line, material: &mut Material) -> Result<bool> {
     match line.keyword {
         "Kd" => material.base_color = color(line)?,

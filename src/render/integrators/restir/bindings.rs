@@ -93,8 +93,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the passes `shade_direct` and `shade_indirect`. For each pixel, they add the light of the sample that its
-    /// reservoir selected to the picture.
+    /// Bindings of the passes `shade_direct` and `shade_indirect`. For each pixel, they compute the light of the sample in
+    /// its reservoir, and add this light to the picture.
     pub struct Shade {
         [offers scene: SceneBindings]
         uniform restir,

@@ -10,10 +10,10 @@ use crate::shader_interface::{
 };
 use glam::Vec2;
 
-/// The constants of shaders, of which this function sets those that stay the same in all frames. The constants of a single
-/// frame, of light samplers and of reuse have default values, and the caller sets them. `slots` is the number of slots for
-/// pixels in each buffer (the pixels, padded to whole tiles), and `light_nodes` is the number of nodes of the light BVH. If
-/// `jitters` is true, primary rays pass through random points of their pixels, otherwise through the centres.
+/// Makes the constants of shaders, and sets those that stay the same in all frames. The constants of a single frame, of
+/// light samplers and of reuse have default values, and the caller sets them. `slots` is the number of slots for pixels in
+/// each buffer (the pixels, padded to whole tiles), and `light_nodes` is the number of nodes of the light BVH. If `jitters`
+/// is true, primary rays pass through random points of their pixels, otherwise through the centres.
 pub fn frame_constants(
     view: &ViewConstants,
     bindings: &SceneBindings,
@@ -101,9 +101,9 @@ pub fn reuse_constants(
     }
 }
 
-/// Of `count` light samples, the number that are drawn from the light BVH, and this number as a fraction of `count`. The
-/// other samples are drawn among all lights. There are more of these if `distant_fraction` is higher, since the light BVH
-/// does not contain distant lights. For `count` = 1, the number is 1, and the fraction is the probability with which the
+/// How many of `count` light samples are drawn from the light BVH: their number, and this number as a fraction of `count`.
+/// The other samples are drawn among all lights. There are more of these if `distant_fraction` is higher, since the light
+/// BVH does not contain distant lights. For `count` = 1, the number is 1, and the fraction is the probability with which the
 /// sample is drawn from the light BVH.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_fraction;
@@ -117,10 +117,10 @@ fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) 
 }
 
 /// The position within the first pixel of the picture, in [0, 1)², at which the primary ray of the frame `frame` passes.
-/// Every other pixel shifts this position by an offset of its own, modulo 1. It is point `frame` of the two-dimensional
-/// Sobol' sequence, Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020). Positions are
-/// uniform over seeds and stratified over successive frames, so the mean of several frames converges faster than with
-/// independent positions.
+/// Each of the other pixels adds its own offset to this position, modulo 1. The position is point `frame` of the
+/// two-dimensional Sobol' sequence, Owen-scrambled by `seed` (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020).
+/// Positions are uniform over seeds and stratified over successive frames, so the mean of several frames converges faster
+/// than with independent positions.
 pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     // Both dimensions of a point, as fractions of 2³², from the most significant bit down.
     let x = frame.reverse_bits();
@@ -161,9 +161,9 @@ fn hash(seed: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// If frames are averaged, an edge in the picture is shifted by the mean of their jitters. The RMS distance of this mean
-    /// from the pixel's centre, over many seeds, must be less than a quarter of the RMS distance that independent positions
-    /// give.
+    /// If frames are averaged, an edge in the picture is shifted by the mean of their jitters. Along each axis, the RMS
+    /// distance of this mean from the pixel's centre, over many seeds, must be less than a quarter of the RMS distance that
+    /// independent positions give.
     #[test]
     fn the_mean_jitter_of_some_frames_is_close_to_the_pixel_centre() {
         const SEEDS: u32 = 256;

@@ -12,8 +12,8 @@ use crate::render::world_reservoirs::WorldLight;
 /// The passes and reservoirs of indirect light, which is scattered at least twice between emitter and camera. In a frame,
 /// these passes run after those of direct light.
 pub struct IndirectLight {
-    /// The pass `initial_indirect`. It traces paths for each pixel, and selects one of the samples (paths to lights) that it
-    /// finds for the pixel's reservoir.
+    /// The pass `initial_indirect`. For each pixel, it traces paths, which find samples (paths to lights), and stores one of
+    /// these samples in the pixel's reservoir.
     pub initial: ComputePass,
     /// The world reservoirs: reservoirs of path vertices, found by their position in the scene, whose light samples the path
     /// vertices of the next frame reuse. They are not used unless the settings select them.

@@ -69,8 +69,8 @@ pub struct Restir {
     /// and indirect light.
     pub restir: Buffer,
     color: Buffer,
-    /// The buffer of the pilots (the first BSDF ray of each pixel), if they have one of their own. `None` if there are no
-    /// pilots, or if they are stored in the buffer of the reservoirs of indirect light.
+    /// The separate buffer of the pilots (the first BSDF ray of each pixel). `None` if there are no pilots, or if they are
+    /// stored in the buffer of the reservoirs of indirect light.
     separate_pilots: Option<Buffer>,
     counters: Counters,
     /// The primary surface of each pixel (the surface that the camera sees there) in this frame. With temporal reuse, a
@@ -247,8 +247,8 @@ impl Restir {
         Ok(made)
     }
 
-    /// For each kind of light that is rendered, first direct and then indirect light: its reservoirs, with the passes that
-    /// reuse them.
+    /// Returns the reservoirs, and the passes that reuse them, of each kind of light that is rendered: first those of direct
+    /// light, then those of indirect light.
     fn kinds(&self) -> impl Iterator<Item = &Reuse> {
         let direct = self.direct.iter().map(|light| &light.reuse);
         direct.chain(self.indirect.iter().map(|light| &light.reuse))
@@ -284,7 +284,7 @@ impl Restir {
     }
 
     /// The buffer with the pilots of the current frame (the first BSDF ray of each pixel). If indirect light is rendered, it
-    /// is the buffer of its current reservoirs. Otherwise it is a buffer of its own, or `None` if no pilots are traced.
+    /// is the buffer of its current reservoirs. Otherwise it is a separate buffer, or `None` if no pilots are traced.
     pub fn pilots(&self) -> Pilots<'_> {
         let indirect = self.indirect.as_ref();
         Pilots {
@@ -419,8 +419,8 @@ impl Integrator for Restir {
         self.buffers().chain(shared).map(Buffer::size).sum()
     }
 
-    /// All entries are those of empty reservoirs before the first frame, and for light that is not rendered or has no
-    /// reservoirs.
+    /// Before the first frame, all entries describe empty reservoirs. The same holds if the light is not rendered or not
+    /// stored in reservoirs.
     fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),

@@ -2,9 +2,10 @@
 
 use crate::gpu::Buffer;
 
-/// The right to read the pilots of a frame (the first BSDF ray of each pixel). If there is indirect light, the pilots are in
-/// the buffer of its current reservoirs until the pass `initial_indirect` overwrites them. So direct light borrows this
-/// value, and indirect light takes it by value: after that, no pass that reads pilots can be recorded.
+/// Access to the pilots of a frame (the first BSDF ray of each pixel). If there is indirect light, the pilots are in the
+/// buffer of its current reservoirs, until the pass `initial_indirect` overwrites them. Therefore the passes of direct light
+/// take a reference to this value, and those of indirect light take the value itself. After that, the compiler prevents the
+/// recording of passes that read pilots.
 pub struct Pilots<'a> {
     /// The buffer of the pilots, which can be the buffer of the reservoirs of indirect light. `None` if no pilots are
     /// traced, because neither candidates of direct light nor paths begin with them.

@@ -88,8 +88,9 @@ impl BufferSizes {
         }
     }
 
-    /// Checks that no buffer is larger than the device can bind. If `by_address` is true, shaders reach the buffers of the
-    /// vertices of world reservoirs by address; then the device only has to be able to allocate these.
+    /// Checks that no buffer is larger than the device can bind. If `by_address` is true, the buffers with the path vertices
+    /// of world reservoirs are not bound, because shaders reach them by address. These buffers may have any size that the
+    /// device can allocate.
     ///
     /// # Errors
     /// A buffer is too large; the message names the buffer, and settings that make it smaller.

@@ -22,8 +22,9 @@ use crate::shader_interface::{
 use settings::{GridMode, HashGridSettings};
 
 crate::bindings! {
-    /// Bindings of the pass `grid_claim`. In it, surfaces claim slots of the hash grid; for each slot, one of them wins and
-    /// will make the slot's reservoir.
+    /// Bindings of the pass `grid_claim`, which selects the surface that will make the reservoir of each slot of the hash
+    /// grid. Each surface picks a random slot of its cell. If several surfaces pick the same slot, one of them is selected
+    /// at random.
     pub struct ClaimGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -35,8 +36,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `grid_fill`. In it, each surface that has won a slot of the hash grid makes the reservoir of
-    /// this slot from many light samples.
+    /// Bindings of the pass `grid_fill`. In it, each surface that `grid_claim` has selected for a slot of the hash grid
+    /// makes the slot's reservoir from many light samples.
     pub struct FillGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -55,16 +56,18 @@ const SURFACE_POINTS: usize = 1 << 19;
 
 /// The hash grid as a light sampler: the passes that fill it, its buffers, and its constants for shaders.
 pub struct HashGridLight {
-    /// The pass `grid_claim`, in which surfaces claim slots of the grid. Among the surfaces that claim the same slot, it
-    /// selects one.
+    /// The pass `grid_claim`, which selects the surface that makes the reservoir of each slot of the grid. If several
+    /// surfaces pick the same slot, it selects one of them at random.
     claim: ComputePass,
-    /// The pass `grid_fill`. For each claimed slot, the selected surface makes the slot's reservoir from many light samples.
+    /// The pass `grid_fill`. In each slot for which `grid_claim` has selected a surface, this surface makes a reservoir from
+    /// many light samples.
     fill: ComputePass,
     /// Random points on the scene's surfaces with their normals, which fill the grid in the first frame. `None` if the
     /// surfaces that pixels show fill it in each frame.
     points: Option<Buffer>,
-    /// The claim of each slot: the index of the surface that fills it, and a hash of the cell of space and of the bin of
-    /// normals to which its reservoir belongs.
+    /// For each slot, the index of the surface that makes its reservoir, and a hash of the cell of space to which the
+    /// reservoir belongs. In each cell, surfaces whose normals have different directions use different slots. So the hash
+    /// also includes the bin (range of directions) of the normal.
     slots: Buffer,
     /// The reservoir of each slot, in the same format as the reservoirs of direct light of pixels.
     reservoirs: Buffer,
@@ -109,7 +112,7 @@ fn bytes(
 }
 
 impl HashGridLight {
-    /// The functions by which `LightSamplers` computes the memory of the hash grid and makes the grid.
+    /// The functions with which `LightSamplers` makes the hash grid, and computes the sizes of its buffers.
     pub(super) const KIND: Kind = Kind {
         bytes: |settings, view, reservoir_bytes| {
             let sizes = bytes(settings.filled_by, view, reservoir_bytes);

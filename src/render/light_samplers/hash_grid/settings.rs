@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GridMode {
-    /// Each reservoir is made for the surface of one pixel, and all reservoirs are made again in each frame. Pixels merge
-    /// them with defensive MIS weights, for any value of `direct.mis`: unbiased.
+    /// The hash grid makes each reservoir for the surface of a pixel, and makes all reservoirs again in each frame. Pixels
+    /// merge them with defensive MIS weights, for any value of `direct.mis`. This is unbiased.
     #[default]
     Unbiased,
-    /// The reservoirs are made once, in the first frame, for points on all surfaces of the scene. The candidates of one
-    /// reservoir are drawn at several points of its cell. The MIS weights follow from confidence alone: biased, as published
-    /// ("Normal-aware hash grid of precomputed reservoirs", 2025).
+    /// The hash grid makes the reservoirs once, in the first frame, for points on all surfaces of the scene. The candidates
+    /// of one reservoir are drawn at several points of its cell. The MIS weights depend on the confidence of the reservoirs
+    /// alone. This is biased, as in the publication ("Normal-aware hash grid of precomputed reservoirs", 2025).
     Published,
 }
 
@@ -41,8 +41,8 @@ pub struct HashGridSettings {
     /// per pixel.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
-    /// Maximum number of reservoirs in each bin of a cell, among which pixels pick `merged` at random. Higher: two pixels
-    /// less often merge the same reservoirs, but in small cells more pixels pick places without a reservoir.
+    /// Maximum number of reservoirs in each bin of a cell. Pixels pick `merged` of them at random. Higher: two pixels less
+    /// often merge the same reservoirs, but in small cells more pixels pick slots that store no reservoir.
     #[schemars(range(min = 1, max = 1024))]
     pub reservoirs: u32,
     /// Number of light candidates from which one is selected for each reservoir. Higher: reservoirs with less noise. Cost:
@@ -59,8 +59,8 @@ pub struct HashGridSettings {
     /// least 1.
     #[schemars(range(min = 1, max = 500))]
     pub confidence: u32,
-    /// Index of the first frame in which pixels no longer merge reservoirs of the grid, because the reservoirs of the
-    /// previous frame are then better; 0: pixels merge them in every frame.
+    /// Index of the first frame in which pixels no longer merge reservoirs of the grid, or 0 if they merge them in every
+    /// frame. From this frame on, the reservoirs of the previous frame are better than those of the grid.
     #[schemars(range(min = 0, max = 1000000))]
     pub until_frame: u32,
 }

@@ -18,8 +18,9 @@ use settings::{Boxes, Far, LightBvhSettings};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// The number of points on surfaces that are used to choose the scale of boxes of influence, the boxes within which lights
-/// are found. The scale is such that a point is within about 8 of the boxes. Higher: a more exact scale, but a longer start.
+/// The number of points on surfaces that are used to choose the scale of boxes of influence. A point finds a light only
+/// within the light's box. With the chosen scale, a point on a surface is within about 8 boxes. Higher: a more exact scale,
+/// but a longer start.
 const SURFACE_POINTS: usize = 1024;
 
 /// The buffer of the light BVH on the device, and the tree on the CPU from which the contents of the buffer are made. The
@@ -28,8 +29,8 @@ pub struct LightBvhBuffer {
     /// The number of nodes of the tree, inner nodes and leaves; 0 if there is no tree.
     pub node_count: u32,
     buffer: Buffer,
-    /// First the tree on the CPU. Then the time of the pose, in seconds, from which the lights in the buffer were computed:
-    /// if the scene is posed at another time, the buffer must be updated. `None` if there is no tree.
+    /// The tree on the CPU, and the time, in seconds, of the pose from which the lights in the buffer were computed. If the
+    /// scene is posed at another time, the buffer must be updated. `None` if there is no tree.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 

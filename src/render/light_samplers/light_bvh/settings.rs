@@ -11,11 +11,11 @@ use std::borrow::Cow;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Written", try_from = "Written")]
 pub enum Scale {
-    /// The factor 1 with `far=joined`. With `far=skipped`, the factor with which points on the scene's surfaces are within
-    /// about 8 boxes.
+    /// The program chooses the factor. With `far=joined`, it is 1. With `far=skipped`, it is such that points on the scene's
+    /// surfaces are within about 8 boxes.
     #[default]
     Auto,
-    /// The given factor, from 1e-9 to 1e9.
+    /// The user gives the factor, from 1e-9 to 1e9.
     Number(f32),
 }
 
@@ -106,8 +106,8 @@ pub enum Boxes {
     /// sum of luminance × area over the lights.
     #[default]
     Simple,
-    /// As `simple`, but the box ends at the surfaces that rays from the lights of its cluster hit at time 0. The boxes of
-    /// lights that are off at time 0 are as with `simple`.
+    /// The box is as with `simple`, but it ends at the surfaces that rays from the lights of its cluster hit at time 0. If
+    /// all lights of a cluster are off at time 0, the box is the same as with `simple`.
     Visibility,
 }
 
@@ -127,21 +127,22 @@ pub enum Rest {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightBvhSettings {
-    /// The treatment of lights that are far from a point: `joined` lets a walk through the tree find them in groups, with
-    /// `skipped` the walk does not find them. Unbiased either way.
+    /// The treatment of lights that are far from a point. With `joined`, a walk through the tree finds them in groups; with
+    /// `skipped`, the walk does not find them. Unbiased either way.
     pub far: Far,
     /// With `far=joined`, a group of lights is treated as one light at points that are farther from the group's box than
     /// scale × half the diagonal of the box. With `far=skipped`, a light is found up to the distance scale × √power, with
     /// power in luminance × area. `auto`: 1 with `far=joined`; otherwise a scale at which points on surfaces are within
     /// about 8 boxes. Higher: longer searches, and candidates closer to the best ones. Unbiased at any value.
     pub scale: Scale,
-    /// Fraction of the candidates that are drawn among all lights instead of from the tree. At least one of several
-    /// candidates is; a single candidate is drawn among all lights with this probability. Higher: less noise where light
-    /// comes from unexpected directions, more noise elsewhere. Unbiased at any value.
+    /// Fraction of the candidates that are drawn among all lights instead of from the tree. If there are several candidates,
+    /// at least one of them is drawn among all lights. A single candidate is drawn among all lights with this probability.
+    /// Higher: less noise where light comes from unexpected directions, more noise elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
-    /// The extent of boxes of influence, the boxes within which lights are found with `far=skipped`; no effect otherwise.
-    /// `visibility` limits each box by 256 rays, which are traced before the first frame. Unbiased either way.
+    /// The extent of boxes of influence. With `far=skipped`, a light is found only within its box; with `far=joined`, this
+    /// setting has no effect. `visibility` limits each box by 256 rays, which are traced before the first frame. Unbiased
+    /// either way.
     pub boxes: Boxes,
     /// True if lights that are close to each other form a cluster with one box, so that the tree has fewer nodes; false if
     /// each light has a separate box. Unbiased either way.
