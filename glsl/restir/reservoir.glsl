@@ -48,12 +48,13 @@ PackedReservoir pack_reservoir(Reservoir r) {
     return p;
 }
 
-Reservoir unpack_reservoir(PackedReservoir p) {
+// `epoch` is the one in which the reservoir was stored: the sample is placed in it.
+Reservoir unpack_reservoir(PackedReservoir p, uint epoch) {
     uint history = p.words[HISTORY_WORD];
     Reservoir r = empty_reservoir(unpack_confidence(history));
     r.age = bitfieldExtract(history, int(CONFIDENCE_BITS), int(AGE_BITS));
     r.contribution_weight = uintBitsToFloat(p.words[WEIGHT_WORD]);
-    if (r.contribution_weight > 0.0) unpack_sample(p, r.value);
+    if (r.contribution_weight > 0.0) unpack_sample(p, epoch, r.value);
     if (KEEPS_DEBUG_WORDS) {
         r.origin = p.words[sample_words()];
         r.origin_solid_angle = uintBitsToFloat(p.words[sample_words() + 1u]);

@@ -16,7 +16,7 @@ void write_aovs() {
     uint slot = slot_of(pixel);
     PackedReservoir packed;
     LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
-    Reservoir reservoir = unpack_reservoir(packed);
+    Reservoir reservoir = unpack_reservoir(packed, CURRENT);
     SampleData data = LOAD_SAMPLE_DATA(sample_data, slot);
     uint found = KEEPS_DEBUG_WORDS ? packed.words[neighbours_word()] : 0u;
     vec2 source = vec2(-1.0);

@@ -18,7 +18,7 @@ void shade() {
     if (has_surface(data)) {
         PackedReservoir packed;
         LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
-        Reservoir reservoir = unpack_reservoir(packed);
+        Reservoir reservoir = unpack_reservoir(packed, CURRENT);
         if (reservoir.contribution_weight > 0.0) {
             ShadingPoint shading_point = unpack_shading_point(data, primary_ray(pixel));
             vec3 light = contribution(shading_point, reservoir.value) * reservoir.contribution_weight;

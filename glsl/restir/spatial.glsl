@@ -47,7 +47,7 @@ float confidence_of(uint technique) {
 Reservoir technique_at(uint technique) {
     PackedReservoir packed;
     LOAD_RESERVOIR(neighbours, slot_of(pixels[technique]), restir.at.slots, packed);
-    Reservoir reservoir = unpack_reservoir(packed);
+    Reservoir reservoir = unpack_reservoir(packed, CURRENT);
     reservoir.confidence = limited(technique, reservoir.confidence);
     return reservoir;
 }

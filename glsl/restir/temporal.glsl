@@ -94,9 +94,9 @@ void merge_history() {
 
     PackedReservoir packed;
     LOAD_RESERVOIR(reservoirs, slot, restir.at.slots, packed);
-    canonical = unpack_reservoir(packed);
+    canonical = unpack_reservoir(packed, epoch_of(0u));
     LOAD_RESERVOIR(history, previous_slot, restir.at.slots, packed);
-    historic = unpack_reservoir(packed);
+    historic = unpack_reservoir(packed, epoch_of(1u));
     historic.confidence = min(historic.confidence, restir.at.reuse.temporal_confidence_cap);
     historic.age += 1u;
     is_static = !MOVES && before == ivec2(pixel) && previous == data && previous_ray == ray;

@@ -115,7 +115,6 @@ float confidence_of(uint technique) {
     return min(confidence, restir.at.world.confidence_cap);
 }
 
-// The light and the point of its sample; where something moves, `shift` finds the rest.
 LightReservoir technique_at(uint technique) {
     if (technique == 0u) return world_canonical;
     GpuWorldSample stored = previous_world_samples.at[world_found[technique - 1u]];
@@ -128,7 +127,7 @@ LightReservoir technique_at(uint technique) {
     packed.words[3] = stored.uv;
     reservoir.value.point = unpack_point(packed, 2u);
     reservoir.contribution_weight = stored.weight;
-    if (!MOVES) reservoir.value = light_sample_at(reservoir.value.point, CURRENT);
+    reservoir.value = light_sample_at(reservoir.value.point, epoch_of(technique));
     return reservoir;
 }
 

@@ -169,17 +169,17 @@ void pack_sample(LightSample value, inout PackedReservoir p) {
     p.words[10] = emission.z;
 }
 
-void unpack_sample(PackedReservoir p, out LightSample value) {
+void unpack_sample(PackedReservoir p, uint epoch, out LightSample value) {
     LightPoint point = unpack_point(p, 2u);
     if (RESERVOIR_FORMAT != FORMAT_FULL) {
-        value = light_sample_at(point, CURRENT);
+        value = light_sample_at(point, epoch);
         return;
     }
     value = LightSample(point, uintBitsToFloat(uvec3(p.words[4], p.words[5], p.words[6])),
                         unpack_octahedral(p.words[7]), uintBitsToFloat(uvec3(p.words[8], p.words[9], p.words[10])));
     // Rounding turns a spot's axis by 3e-5 radians, which is more than the width of a narrow cone. The axis alone is read again:
     // to read all of the light takes more instructions.
-    if (is_punctual(point.kind)) value.normal = punctual_light_at(point.index, CURRENT).direction;
+    if (is_punctual(point.kind)) value.normal = punctual_light_at(point.index, epoch).direction;
 }
 
 // A new sample as it will be unpacked.
@@ -187,6 +187,6 @@ LightSample as_stored(LightSample value) {
     PackedReservoir packed = empty_packed();
     pack_sample(value, packed);
     LightSample found;
-    unpack_sample(packed, found);
+    unpack_sample(packed, CURRENT, found);
     return found;
 }

@@ -228,7 +228,7 @@ void pack_sample(PathSample value, inout PackedReservoir p) {
     p.words[14] = value.material_index | (value.point.interpolated ? INTERPOLATED : 0u);
 }
 
-void unpack_sample(PackedReservoir p, out PathSample value) {
+void unpack_sample(PackedReservoir p, uint epoch, out PathSample value) {
     value = empty_path_sample();
     value.kind = p.words[2] >> PATH_KIND_SHIFT;
     value.instance = p.words[2] & INSTANCE_MASK;
@@ -244,16 +244,16 @@ void unpack_sample(PackedReservoir p, out PathSample value) {
         value.material_index = p.words[14] & ~INTERPOLATED;
         if (VARIES) {
             vec2 barycentrics;
-            vertex_point(value, CURRENT, barycentrics);
-            GpuInstance instance = instance_at(value.instance, CURRENT);
+            vertex_point(value, epoch, barycentrics);
+            GpuInstance instance = instance_at(value.instance, epoch);
             value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
         }
     } else {
-        place_vertex(value, CURRENT);
+        place_vertex(value, epoch);
     }
     if (value.kind == PATH_TO_LIGHT) {
         value.end = unpack_point(p, 6u);
-        aim_at_light(value, CURRENT);
+        aim_at_light(value, epoch);
     } else {
         value.direction = unpack_octahedral(p.words[6]);
         value.radiance = unpack_color(unpack_color(p, 7u));
@@ -265,7 +265,7 @@ PathSample as_stored(PathSample value) {
     PackedReservoir packed = empty_packed();
     pack_sample(value, packed);
     PathSample found;
-    unpack_sample(packed, found);
+    unpack_sample(packed, CURRENT, found);
     if (value.kind != PATH_TO_LIGHT) found.radiance = value.radiance;
     return found;
 }

@@ -40,7 +40,7 @@ Reservoir technique_at(uint technique) {
     if (technique == 0u) return canonical_reservoir;
     PackedReservoir packed;
     LOAD_RESERVOIR(grid_reservoirs, grid_found[technique - 1u], restir.at.grid.slots, packed);
-    return unpack_reservoir(packed);
+    return unpack_reservoir(packed, CURRENT);
 }
 
 ShadingPoint shading_point_of(uint technique) {
