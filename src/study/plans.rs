@@ -11,6 +11,7 @@ pub const PLANS: &[(&str, &str)] = &[
     ("direct-layouts", include_str!("plans/direct-layouts.toml")),
     ("direct-light", include_str!("plans/direct-light.toml")),
     ("extremes", include_str!("plans/extremes.toml")),
+    ("frame-times", include_str!("plans/frame-times.toml")),
     ("indirect-light", include_str!("plans/indirect-light.toml")),
     (
         "indirect-matrix",
@@ -25,6 +26,7 @@ pub const PLANS: &[(&str, &str)] = &[
         include_str!("plans/indirect-sample.toml"),
     ),
     ("jacobian-limit", include_str!("plans/jacobian-limit.toml")),
+    ("light-samples", include_str!("plans/light-samples.toml")),
     ("many-lights", include_str!("plans/many-lights.toml")),
     ("mirrors", include_str!("plans/mirrors.toml")),
     ("motion", include_str!("plans/motion.toml")),
