@@ -1,4 +1,5 @@
-//! The error type of this crate. Each variant of it ends the process with another exit status.
+//! The error type of this crate. Each variant of it ends the process with another exit status, so that a script can
+//! tell wrong input from failed work.
 
 use crate::base::printable::printable;
 use std::path::Path;
@@ -25,7 +26,7 @@ pub enum Error {
     },
 }
 
-/// A result whose error is the [`Error`] of this crate.
+/// The result of a function that can fail: its value, or the [`Error`] of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
@@ -35,7 +36,8 @@ impl Error {
         Self::Input(printable(message.as_ref()))
     }
 
-    /// An [`Error::Failed`] with this message, which is used unchanged and must be one line.
+    /// An [`Error::Failed`] with this message, which is used unchanged. It must be one line, because the program prints
+    /// each error as one line.
     pub fn failed(message: impl Into<String>) -> Self {
         Self::Failed(message.into())
     }
@@ -51,7 +53,8 @@ impl Error {
     }
 
     /// Converts an I/O error: returns the error of this crate that `cause` wraps, or `make(cause)` if it wraps none. It
-    /// wraps one if a reader or writer of this crate returned its error through [`std::io::Error::other`].
+    /// wraps one if a reader or writer of this crate returned its error through [`std::io::Error::other`]; so the error
+    /// keeps its message and its exit status.
     pub fn from_io(cause: std::io::Error, make: impl FnOnce(std::io::Error) -> Self) -> Self {
         cause.downcast::<Self>().unwrap_or_else(make)
     }

@@ -94,8 +94,8 @@ fn open_device(path: &Path) -> std::io::Result<File> {
 }
 
 /// True if two paths lead to the same file, even if they are spelled differently or contain links. The file need not
-/// exist yet. For a device, such as /dev/null, the result is always false, because several outputs may be written to one
-/// device.
+/// exist yet. Commands refuse such paths if one of them is an output, because it would overwrite the other. For a
+/// device, such as /dev/null, the result is always false, because several outputs may be written to one device.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     if is_device(a) {
         return false;
@@ -152,7 +152,8 @@ impl New {
     }
 }
 
-/// The names of temporary files begin with this text. A temporary file is in the folder of the file that it will replace.
+/// The names of temporary files begin with this text, so that a user recognises one that a killed process has left. A
+/// temporary file is in the folder of the file that it will replace.
 const PREFIX: &str = ".headwater-";
 
 #[cfg(target_os = "linux")]
@@ -229,12 +230,14 @@ mod unnamed {
     }
 }
 
-/// True if `path` exists and is neither a file nor a folder, such as /dev/full or a pipe.
+/// True if `path` exists and is neither a file nor a folder, such as /dev/full or a pipe. It is then written directly,
+/// because a new file beside it would replace the device.
 fn is_device(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }
 
-/// The file that the symbolic link `path` leads to; `path` itself if it is no link or leads to nothing.
+/// The file that the symbolic link `path` leads to; `path` itself if it is no link or leads to nothing. New content
+/// replaces this file, so that the link remains.
 fn target(path: &Path) -> Cow<'_, Path> {
     if path.is_symlink() {
         path.canonicalize().map_or(path.into(), Cow::Owned)

@@ -12,8 +12,8 @@ use std::path::Path;
 /// the TOML parser takes about a hundred times the size of the file in memory.
 pub const MAX_TOML_BYTES: u64 = 16 << 20;
 
-/// The maximum size in bytes of a JSON file that is read: a list of golden frames, a profile, or statistics of pipelines.
-/// Larger files are refused.
+/// The maximum size in bytes of a JSON file that is read: a list of golden frames, a profile, or statistics of
+/// pipelines. Larger files are refused before they are read, so that a wrong file does not fill the memory.
 pub const MAX_JSON_BYTES: u64 = 256 << 20;
 
 /// Opens a plain file for reading. The function never waits, even if a pipe replaces the file after this function has
@@ -32,7 +32,8 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Checks that `file`, the metadata of a file, belongs to a plain file.
+/// Checks that `file`, the metadata of a file, belongs to a plain file. Other kinds are not read, because reading them
+/// may never end.
 ///
 /// # Errors
 /// The file is a folder, a pipe, a socket or a device.
@@ -45,7 +46,8 @@ pub fn check_plain(file: &Metadata) -> io::Result<()> {
     Err(io::Error::new(ErrorKind::InvalidInput, text))
 }
 
-/// Checks, before long work, that a plain file is at `path`. It does not open the file.
+/// Checks, before long work, that a plain file is at `path`, so that a missing input is found at once. It does not open
+/// the file.
 ///
 /// # Errors
 /// There is no plain file at `path`.

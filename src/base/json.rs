@@ -1,5 +1,5 @@
 //! Conversion of values to JSON in which 32-bit floats have the fewest digits that identify them: 0.05, not
-//! 0.05000000074505806.
+//! 0.05000000074505806. So reports and pictures show settings as the user wrote them.
 
 use crate::{Error, Result};
 use serde::Serialize;

@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// is not read for each small request, because reading it takes several system calls.
 const LITTLE: u64 = 64 << 20;
 
-/// The sum, in bytes, of the requests to [`check`] since the available memory was last read. All threads share it.
+/// The sum, in bytes, of the requests to [`check`] since the available memory was last read. It shows when many small
+/// requests together are large enough for another reading. All threads share it.
 static TAKEN: AtomicU64 = AtomicU64::new(0);
 
 /// Checks that `bytes` more bytes of memory are available; reserves nothing. Small requests are only summed; the

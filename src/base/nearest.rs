@@ -1,4 +1,5 @@
 //! A suggestion for a mistyped name, such as that of a setting or a scene: the valid name that is most similar to it.
+//! Messages about unknown names contain it.
 
 /// The maximum length in bytes of a mistyped name. A longer one gets no suggestion: no valid name is so long, and the
 /// time of a comparison grows with the product of both lengths.

@@ -1,4 +1,5 @@
-//! Catches panics of libraries that decode files, which a damaged file can cause.
+//! Catches panics of libraries that decode files, which a damaged file can cause, so that such a file is reported as an
+//! error of input.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};

@@ -1,5 +1,6 @@
 //! Random numbers that are equal on every machine. Procedural scenes are made with them, so that the content hash of a
-//! scene is the same everywhere.
+//! scene is the same everywhere, and the points on surfaces from which light samplers are prepared are drawn with them.
+//! Shaders have their own random numbers.
 
 /// The generator PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast
 /// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).

@@ -1,4 +1,4 @@
-//! The short form of hashes that is used in file names, lists and messages.
+//! The short form of hashes that is used in file names, lists and messages, where 64 digits would be too long.
 
 /// The first 16 hexadecimal digits (64 bits) of a hash. They distinguish all data except those that someone constructed
 /// to have equal digits.

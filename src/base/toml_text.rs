@@ -1,4 +1,5 @@
-//! Parses TOML texts that users write, and finds the line of a key in them, so that an error message can show it.
+//! Parses TOML texts that users write (settings and plans of studies), and finds the line of a key in them, so that an
+//! error message can show it.
 
 use crate::{Error, Result};
 use serde::de::DeserializeOwned;
@@ -17,9 +18,9 @@ pub struct TomlText {
 /// line of a key.
 #[derive(Clone, Copy, Debug)]
 pub enum Step<'a> {
-    /// Goes to the value of this key in a table.
+    /// The step goes to the value of this key in a table.
     Key(&'a str),
-    /// Goes to the element of an array with this index, counted from 0.
+    /// The step goes to the element of an array with this index, counted from 0.
     Index(usize),
 }
 
@@ -63,8 +64,8 @@ impl TomlText {
         Error::input(format!("{origin}, line {number}, '{line}': {message}"))
     }
 
-    /// The offset in bytes, from the start of the text, of the dotted `key` in the table that `path` leads to; `None` if the
-    /// text does not contain it.
+    /// The offset in bytes, from the start of the text, of the dotted `key` in the table that `path` leads to; an error
+    /// message shows the line at this offset. `None` if the text does not contain the key.
     fn offset_of(&self, path: &[Step<'_>], key: &str) -> Option<usize> {
         let document = DeTable::parse(&self.text).ok()?.into_inner();
         let mut value = &DeValue::Table(document);
@@ -79,7 +80,7 @@ impl TomlText {
 }
 
 /// The offset in bytes, from the start of the text, of the dotted `key` in `table` or in a table inside it; `None` if
-/// they do not contain the key. A name in a table may itself contain dots.
+/// they do not contain the key. A name in a table may itself contain dots, so the key is not split before the search.
 fn offset_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
     table.iter().find_map(|(name, value)| {
         let rest = key.strip_prefix(name.get_ref().as_ref())?;

@@ -1,4 +1,5 @@
-//! The command-line options that several commands share, and the checks of their values.
+//! The command-line options that several commands share, and the checks of their values, so that a wrong value is an
+//! error before rendering begins.
 
 use super::choices::{LoadArgs, VariantArgs};
 use crate::base::files::{check_writable, is_same_file};
@@ -28,8 +29,9 @@ pub struct SceneArgs {
     /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
     #[command(flatten)]
     pub load: LoadArgs,
-    /// Light from infinitely far away: an .exr or .hdr image whose columns are longitudes and whose rows are latitudes,
-    /// or a sky such as sky:sun=40, where the number is the sun's elevation in degrees
+    /// Light from infinitely far away, which surrounds the scene: an .exr or .hdr image whose columns are longitudes
+    /// and whose rows are latitudes, or a sky such as sky:sun=40, where the number is the sun's elevation in degrees;
+    /// without it, there is no such light
     #[arg(long, value_name = "FILE|sky:…")]
     pub environment: Option<String>,
     /// Width of the picture in pixels; without it, the width follows from --height and the camera's aspect ratio; without
@@ -49,7 +51,8 @@ pub struct SceneArgs {
     /// Send the camera's rays through random points of each pixel (box filter), not through its centre
     #[arg(long)]
     pub jitter: bool,
-    /// Render with this camera of the scene, given by its name or its index from 0; without it, the first camera is used
+    /// Render with this camera of the scene, given by its name or its index from 0; without it, the first camera is
+    /// used, or one that sees the whole scene if the scene has none
     #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]
     pub camera: Option<String>,
     /// Render with this camera, not with one of the scene; it is given by eye and target in scene units, and optionally
@@ -71,7 +74,7 @@ pub struct SceneArgs {
     /// Preset that supplies all settings which --config and --set do not change; see 'headwater presets' [default: balanced]
     #[arg(long)]
     pub preset: Option<String>,
-    /// TOML file of settings, which override those of the preset
+    /// TOML file of settings, which override those of the preset; without it, only --set changes them
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
     /// One setting, which overrides the preset and --config; may be given several times
@@ -80,10 +83,12 @@ pub struct SceneArgs {
     /// Options that choose the method that traces rays, and how shaders access the scene
     #[command(flatten)]
     pub variant: VariantArgs,
-    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'; without it, the best
+    /// one: discrete GPUs first, CPUs last
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     pub device: Option<String>,
-    /// Further channels of EXR files beside the picture, such as albedo and depth, separated by commas
+    /// Further channels of EXR files beside the picture, such as albedo and depth, separated by commas; without it,
+    /// there are none
     #[arg(long, value_delimiter = ',', value_enum)]
     pub aov: Vec<Aov>,
     /// Exposure of PNG files and of the pictures that --capture presents, in stops: radiance is multiplied by 2 to this
@@ -101,7 +106,9 @@ pub struct SceneArgs {
     pub report: Option<PathBuf>,
 }
 
-/// Channels (arbitrary output variables) that an EXR file can have beside the picture, as `--aov` names them.
+/// Channels (arbitrary output variables) that an EXR file can have beside the picture, as `--aov` names them. They show
+/// the surface that the camera sees, for example to a denoiser, or the reservoir from which a pixel was shaded, to
+/// examine the resampling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Aov {
     /// The channels contain the fraction of light that the visible surface reflects, from 0 to 1 for red, green and blue;
@@ -129,7 +136,7 @@ pub enum Aov {
 
 impl Aov {
     /// The kind of light, direct or indirect, whose reservoirs these channels show; `None` for channels that show the
-    /// visible surface.
+    /// visible surface. Channels of reservoirs are refused if the settings make no reservoirs of this kind.
     pub const fn reservoirs_of(self) -> Option<Lighting> {
         match self {
             Self::Direct => Some(Lighting::Direct),
@@ -179,8 +186,9 @@ impl SceneArgs {
         check_files(pictures.chain(report), self.inputs())
     }
 
-    /// The files that the command reads, each as (role in messages, path): the scene, the environment and the settings of
-    /// `--config`. Procedural scenes and generated skies are not files and are left out.
+    /// The files that the command reads, each as (role in messages, path): the scene, the environment and the settings
+    /// of `--config`. No output may be one of them. Procedural scenes and generated skies are not files and are left
+    /// out.
     pub fn inputs(&self) -> impl Iterator<Item = (&str, &Path)> {
         let scene = file_of(&self.scene).map(|path| ("the scene", path));
         let environment = self.environment.as_deref().and_then(environment_file_of);
@@ -215,8 +223,8 @@ impl SceneArgs {
         size_for(camera, self.width, self.height)
     }
 
-    /// The camera that the value of `--look-at` describes; `None` if the option is not given. Returns an error if the value
-    /// describes no camera.
+    /// The camera that the value of `--look-at` describes; it replaces the cameras of the scene. `None` if the option
+    /// is not given. Returns an error if the value describes no camera.
     pub fn look_at_camera(&self) -> Result<Option<Camera>> {
         self.look_at
             .as_deref()

@@ -11,8 +11,8 @@ use crate::{Error, Result};
 use std::path::Path;
 use std::str::FromStr;
 
-/// The range of frames that a tool captures, parsed from a text such as `2..4`. Both ends are included and counted from
-/// 0.
+/// The range of frames that a tool captures, parsed from a text such as `2..4`. Indices count from 0, and both ends are
+/// included. Frames outside of the range are rendered too, because later frames can reuse their samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameRange {
     first: u32,
@@ -34,7 +34,8 @@ impl FromStr for FrameRange {
 }
 
 impl FrameRange {
-    /// Checks that every frame of the range is rendered. `frames` is the number of rendered frames, at least 1.
+    /// Checks that every frame of the range is rendered, because a frame that is not rendered cannot be captured.
+    /// `frames` is the number of rendered frames, at least 1.
     ///
     /// # Errors
     /// The range ends after the last rendered frame.
@@ -55,7 +56,7 @@ impl FrameRange {
     }
 }
 
-/// The capture tool that is loaded into this process.
+/// The capture tool that is loaded into this process. It decides how the tool learns where a frame begins and ends.
 enum Tool {
     /// RenderDoc is loaded. The program calls its interface at the beginning and at the end of each captured frame.
     RenderDoc(renderdoc::Watcher),
@@ -64,7 +65,8 @@ enum Tool {
     Layer,
 }
 
-/// The state of the loop that renders and presents frames for a capture tool.
+/// The state of the loop that renders and presents frames for a capture tool: the plan, the tool, and the buffer and
+/// swapchain of the presented pictures.
 struct Capture<'a> {
     wanted: &'a CapturePlan<'a>,
     tool: Tool,
@@ -224,8 +226,8 @@ mod renderdoc {
     }
 
     impl Watcher {
-        /// RenderDoc's interface; `None` if RenderDoc is not loaded into this process, neither as a Vulkan layer nor by the
-        /// system's loader.
+        /// Finds RenderDoc's interface; `None` if RenderDoc is not loaded into this process, neither as a Vulkan layer
+        /// nor by the system's loader.
         pub fn find() -> Option<Self> {
             RenderDoc::new().ok().map(|renderdoc| Self {
                 renderdoc,

@@ -27,7 +27,7 @@ impl LoadArgs {
     }
 }
 
-/// The method that traces rays, as `--tracer` names it.
+/// The method that traces rays, as `--tracer` names it. All shaders are compiled for this method.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum TracerArg {
     /// The program chooses by the features of the device
@@ -64,7 +64,7 @@ pub enum GeometryArg {
     BufferAddresses,
 }
 
-/// How shaders read the texels of textures, as `--textures` names it.
+/// How shaders read the texels of textures, as `--textures` names it. It decides how the textures are uploaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesArg {
     /// The program chooses by the features of the device and the textures of the scene
@@ -76,8 +76,9 @@ pub enum TexturesArg {
     Buffer,
 }
 
-/// Options that choose the variant of the shaders: the tracer, and the access to buffers and textures. Without them, the
-/// program chooses by the features of the device and the size of the scene.
+/// Options that choose the variant of the shaders: the tracer, and the access to buffers and textures. All shaders of a
+/// run are compiled in one variant. Without these options, the program chooses by the features of the device and the
+/// size of the scene.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct VariantArgs {
     /// The method that traces rays

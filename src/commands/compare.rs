@@ -10,7 +10,7 @@ use crate::{Error, Result};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// The command-line arguments of `headwater compare`.
+/// The command-line arguments of `headwater compare`. A limit that is not given is not checked.
 #[derive(clap::Args)]
 pub struct Args {
     /// The picture to examine: .exr or .png
@@ -20,8 +20,9 @@ pub struct Args {
     /// Print the errors as one JSON object instead of text; values that are not finite, such as a ratio to black, are null
     #[arg(long)]
     json: bool,
-    /// Write the difference of the pictures to this file: a .png shows the FLIP error of each pixel as a colour, from
-    /// black (no error) over violet and orange to pale yellow (error 1); an .exr contains the picture minus the reference
+    /// Write the difference of the pictures to this file: a .png shows the FLIP error (perceived difference) of each
+    /// pixel as a colour, from black (no error) over violet and orange to pale yellow (error 1); an .exr contains the
+    /// picture minus the reference
     #[arg(long, value_name = "FILE.png|FILE.exr")]
     diff: Option<PathBuf>,
     /// Exposure of both pictures for FLIP, in stops: radiance is multiplied by 2 to this power
@@ -32,13 +33,14 @@ pub struct Args {
         value_name = "EV"
     )]
     exposure: f32,
-    /// Fail if the root mean square error is above this limit
+    /// Fail if the root mean square error of the linear RGB values, in the unit of their radiance, is above this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_rmse: Option<f64>,
-    /// Fail if the relative mean square error is above this limit
+    /// Fail if the relative mean square error, the mean of (a − b)² / (b² + 0.01) over the values a of the picture and
+    /// b of the reference, is above this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_relmse: Option<f64>,
-    /// Fail if the mean FLIP error of the pixels is above this limit
+    /// Fail if the mean FLIP error (perceived difference, from 0 to 1) of the pixels is above this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_flip: Option<f64>,
     /// Fail if the mean of the picture divided by the mean of the reference differs from 1 by more than this limit
@@ -142,8 +144,9 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-/// Prints a note if one file is PNG and the other EXR. Such pictures differ although nothing is wrong, because PNG has 8
-/// bits and may be tone-mapped, and EXR is linear.
+/// Prints a note if one file is PNG and the other EXR, so that the user does not take their difference for an error of
+/// rendering. Such pictures differ although nothing is wrong, because PNG has 8 bits and may be tone-mapped, and EXR is
+/// linear.
 fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     let (png, exr) = match (Format::of(picture)?, Format::of(reference)?) {
         (Format::Png, Format::Exr) => (picture, reference),
@@ -158,7 +161,8 @@ fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Checks the values of the limits, the exposure, and the path of `--diff`, before a picture is read.
+/// Checks the values of the limits, the exposure, and the path of `--diff`, before a picture is read. Returns an error
+/// if a limit is negative or NaN, the exposure is not finite, or the file cannot be written or is one of the pictures.
 fn check(args: &Args) -> Result<()> {
     for (name, limit) in [
         ("max-rmse", args.max_rmse),
@@ -215,8 +219,9 @@ fn figures(value: f64) -> String {
 /// A picture: (width, height) in pixels, and one RGB value per pixel, row by row from the top.
 type Picture = ((u32, u32), Vec<[f32; 3]>);
 
-/// The size and the RGB values of `image`, which was read from `path`. Returns an error if a value is not finite. Prints
-/// a note if the picture is grey, or comes from a layer of the EXR file.
+/// The size and the RGB values of `image`, which was read from `path`. Returns an error if a value is not finite,
+/// because then the errors of the picture are not defined. Prints a note if the picture is grey, or comes from a layer
+/// of the EXR file.
 fn finite_pixels(path: &Path, image: &Image) -> Result<Picture> {
     let colors = image.colors().map_err(|e| Error::reading(path, e))?;
     let kind = if colors.is_grey { "grey " } else { "" };

@@ -1,4 +1,5 @@
-//! Prints notes on stderr, one line each, about arguments that have no effect in combination with the other arguments.
+//! Prints notes on stderr, one line each, about arguments that have no effect in combination with the other arguments,
+//! so that the user does not expect one.
 
 use super::arguments::SceneArgs;
 use super::notice;
@@ -139,10 +140,10 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     }
 }
 
-/// Prints notes on settings of the light BVH and of the hash grid that have no effect because of another setting. Also
-/// prints a note if `indirect.candidates=hash-grid` is set: the grid does not support indirect light, so lights are drawn
-/// by their power. `changed` lists the dotted keys that --config and --set name; `bounces` is the maximum number of
-/// scattering events of a path.
+/// Prints notes on settings of the light BVH and of the hash grid (two ways to draw lights for candidates) that have no
+/// effect because of another setting. Also prints a note if `indirect.candidates=hash-grid` is set: the grid does not
+/// support indirect light, so lights are drawn by their power. `changed` lists the dotted keys that --config and --set
+/// name; `bounces` is the maximum number of scattering events of a path.
 fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.has_candidates(Candidates::LightBvh, bounces) {
         if settings.light_bvh.far == Far::Joined {

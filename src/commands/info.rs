@@ -16,8 +16,8 @@ pub struct Args {
     /// Print the devices as one JSON object instead of text
     #[arg(long)]
     json: bool,
-    /// Mark the device that other commands would choose with this option: its name, a part of its name, or its index in this
-    /// list
+    /// Mark the device that other commands would choose with this option: its name, a part of its name, or its index in
+    /// this list; without it, the best one: discrete GPUs first, CPUs last
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
 }

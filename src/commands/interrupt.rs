@@ -1,4 +1,5 @@
-//! Catches SIGINT and SIGTERM. They set a flag, which long work checks between its steps.
+//! Catches SIGINT and SIGTERM. They set a flag, which long work checks between its steps, so that it can save results
+//! before the process ends.
 
 use crate::{Error, Result};
 use signal_hook::consts::{SIGINT, SIGTERM};

@@ -1,4 +1,5 @@
-//! The command line of the program: one file per command, and the functions that the commands share.
+//! The command line of the program: one file per command, and the functions that the commands share, such as those that
+//! print, load scenes and open Vulkan.
 
 pub mod arguments;
 pub mod capture;
@@ -228,7 +229,8 @@ pub fn open_scene(name: &str, options: Options, interrupt: &Interrupt) -> Result
     })
 }
 
-/// The clause about saved results in [`Error::Interrupted`], for work that has not saved any result yet.
+/// The clause about saved results in [`Error::Interrupted`], for work that has not saved any result yet; the message
+/// after a signal ends with it.
 pub const NOTHING_WRITTEN: &str = "nothing was written";
 
 /// Loads Vulkan and makes an instance with `options`. If the environment variable `HEADWATER_VALIDATION` is set, and not
@@ -244,7 +246,8 @@ pub fn open_vulkan(options: InstanceOptions) -> Result<Arc<Instance>> {
     })
 }
 
-/// Checks that `messages`, the messages of the Vulkan validation layers, is empty.
+/// Checks that `messages`, the messages of the Vulkan validation layers, is empty. A message means that the program
+/// uses Vulkan wrongly, so the command fails.
 ///
 /// # Errors
 /// There are messages; the error contains their number and the first one.
@@ -259,8 +262,8 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
 }
 
 /// If the clock is stopped, so that all frames show its start time, replaces a moving scene by its state at that time,
-/// which then never moves. Prints a notice if a time is set although nothing in the scene moves. The notice begins with
-/// `whose`: empty, or the name of the scene, a colon and a space.
+/// which then never moves and costs less to render. Prints a notice if a time is set although nothing in the scene
+/// moves. The notice begins with `whose`: empty, or the name of the scene, a colon and a space.
 ///
 /// # Errors
 /// The errors of [`Clock::freeze_if_stopped`].

@@ -1,4 +1,5 @@
-//! `presets`: prints the presets, and every setting with its value, its range and its description.
+//! `presets`: prints the presets (named sets of settings), and every setting with its value, its range and its
+//! description.
 
 use super::print;
 use crate::Result;
@@ -7,7 +8,7 @@ use crate::render::presets::{DEFAULT, PRESETS, Preset};
 use crate::render::settings::Settings;
 use serde_json::json;
 
-/// The command-line arguments of `headwater presets`.
+/// The command-line arguments of `headwater presets`, which select one preset or all, and the format of the text.
 #[derive(clap::Args)]
 pub struct Args {
     /// Show only this preset, and the values of all settings in it; without a name, all presets are shown, and all

@@ -1,4 +1,5 @@
-//! `profile`: measures each pass of a frame: its time, the numbers of rays and other work, and its memory traffic.
+//! `profile`: measures each pass of a frame: its time, the numbers of rays and other work, and its memory traffic. With
+//! an earlier profile, it finds out whether a change made the program slower.
 
 use super::arguments::{SceneArgs, check_files};
 use super::interrupt::Interrupt;
@@ -41,8 +42,8 @@ pub struct Args {
     /// Write the time line of all passes of all frames as JSON, which Perfetto and chrome://tracing show
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
-    /// An earlier profile of the same scene, camera, size and device: also print the differences, and fail if this profile
-    /// is worse than --max-slowdown or --max-growth allows
+    /// An earlier profile of the same scene, camera, size and device: also print the differences, and fail if this
+    /// profile is worse than --max-slowdown or --max-growth allows; without it, nothing is compared
     #[arg(long, value_name = "FILE.json")]
     against: Option<PathBuf>,
     /// With --against: largest allowed increase of the times of the frame and of its passes, as a fraction of the earlier
@@ -172,7 +173,8 @@ fn check(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Returns an error if a file of `--output` or `--trace` cannot be written, or is also the other output or an input.
+/// Returns an error if a file of `--output` or `--trace` cannot be written, or is also the other output or an input. It
+/// is called before rendering, so that no measurement is lost.
 fn check_outputs(args: &Args) -> Result<()> {
     let outputs = [("--output", &args.output), ("--trace", &args.trace)];
     let outputs = outputs.into_iter();
@@ -211,8 +213,8 @@ fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
 }
 
 /// Compares the profile with an earlier one. Prints the difference, except with `--json`, where the output is one JSON
-/// object alone. Returns an error if a time or a memory size exceeds the limits; `path` is the file of the earlier
-/// profile, for the message.
+/// object alone. Returns an error if a time or the memory size exceeds the earlier one by more than the limits
+/// `--max-slowdown` and `--max-growth`; `path` is the file of the earlier profile, for the message.
 fn against(args: &Args, profile: &Profile, earlier: &Profile, path: &Path) -> Result<()> {
     if !args.json {
         print(profile::difference(profile, earlier))?;

@@ -16,10 +16,12 @@ const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 /// If the estimated time left is longer than this, a notice is printed once, because an argument may have been mistyped.
 const LONG: Duration = Duration::from_secs(3600);
 
-/// The number of steps into which the bar on a terminal is divided; the fraction that is done is rounded down to them.
+/// The number of steps into which the bar on a terminal is divided, because the library of the bar counts whole steps
+/// only. The fraction that is done is rounded down to them.
 const TICKS: u64 = 10_000;
 
-/// Shows the progress of one piece of work on stderr.
+/// Shows the progress of one piece of work on stderr. The work calls [`Self::at`] between its steps. When this value is
+/// dropped, the bar disappears.
 pub struct Progress {
     bar: ProgressBar,
     terminal: bool,
@@ -33,7 +35,8 @@ pub struct Progress {
     announced: Cell<bool>,
 }
 
-/// The unit in which the progress of one piece of work is reported.
+/// The unit in which the progress of one piece of work is reported. It decides what the bar and the lines show, and
+/// whether the time left can be estimated.
 enum Steps {
     /// Progress is reported in steps, such as frames or samples. The first field is the number of all steps, or `None` if
     /// it is unknown; the second field is the name of the steps in the plural.
@@ -135,8 +138,8 @@ impl Progress {
         }
     }
 
-    /// The estimated time left, at the mean speed since the first report; `None` if that report was too recent or nothing
-    /// was done since. `total` is in the unit of `done`: steps, or 1 for the whole work.
+    /// The estimated time left, at the mean speed since the first report; `None` if that report was less than a second
+    /// ago or nothing was done since. `total` is in the unit of `done`: steps, or 1 for the whole work.
     fn left(&self, done: f64, total: f64) -> Option<Duration> {
         let Some((start, before)) = self.first.get() else {
             self.first.set(Some((Instant::now(), done)));
@@ -150,7 +153,9 @@ impl Progress {
         Duration::try_from_secs_f64(seconds).ok()
     }
 
-    /// Prints a notice if the estimated time `left` is longer than [`LONG`], and no such notice was printed before.
+    /// Prints a notice if the estimated time `left` is longer than [`LONG`], so that the user can end work that was
+    /// started by mistake. It is printed once at most; with `None`, which means that there is no estimate, nothing is
+    /// printed.
     fn announce(&self, left: Option<Duration>) {
         let Some(left) = left.filter(|left| *left > LONG && !self.announced.get()) else {
             return;

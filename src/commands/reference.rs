@@ -1,5 +1,5 @@
 //! `reference`: renders a reference by path tracing with multiple importance sampling (MIS), and the standard error of
-//! each pixel. The work can be stopped and resumed.
+//! each pixel. Other pictures are compared with it. The work can be stopped and resumed.
 
 mod resume;
 
@@ -28,7 +28,8 @@ use std::time::{Duration, Instant};
 const SAVE_SECONDS: u64 = 20;
 
 /// The number of samples per pixel at which the error is first compared with `--target-error`. With fewer samples, the
-/// fireflies (single very bright samples) that dominate the error may not have occurred yet.
+/// fireflies (single very bright samples) that dominate the error may not have occurred yet, and the run would stop too
+/// early.
 const MIN_SAMPLES: u32 = 64;
 
 /// The command-line arguments of `headwater reference`.
@@ -185,7 +186,8 @@ fn next_check(done: u32) -> u32 {
     check
 }
 
-/// True if the error is compared with `--target-error` after `done` samples per pixel.
+/// True if the error is compared with `--target-error` after `done` samples per pixel; the run then stops if it is
+/// small enough.
 fn checks_error(done: u32) -> bool {
     done > 0 && next_check(done - 1) == done
 }
@@ -236,7 +238,8 @@ fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     Ok(sums)
 }
 
-/// A function that returns one of the four RGB values in a pixel's accumulated sums, which [`PARTS`] lists.
+/// A function that returns one of the four RGB values in a pixel's accumulated sums, which [`PARTS`] lists with their
+/// names. Saving calls it for every pixel to fill EXR channels, and resuming to check the sums that it has read.
 type Part = fn(&PixelSums) -> Vec3;
 
 /// The four RGB values in a pixel's accumulated sums, each with its name: the sum of the samples' radiance, the sum of
@@ -249,9 +252,9 @@ const PARTS: [(&str, Part); 4] = [
     ("square_low", |p| p.square_low),
 ];
 
-/// The relative standard error of a picture: the root mean square of the standard errors, divided by the mean, both over
-/// all pixels and the channels red, green and blue. It is 0 for a black picture, and `None` for fewer than two samples
-/// per pixel, whose standard error is unknown.
+/// The relative standard error of a picture, which is compared with `--target-error`: the root mean square of the
+/// standard errors, divided by the mean, both over all pixels and the channels red, green and blue. It is 0 for a black
+/// picture, and `None` for fewer than two samples per pixel, whose standard error is unknown.
 fn relative_error(sums: &Sums, samples: u32) -> Option<f64> {
     if samples < 2 {
         return None;

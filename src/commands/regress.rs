@@ -1,5 +1,5 @@
-//! `regress`: compares what a driver renders with golden frames (stored pictures and hashes of a trusted driver), or
-//! makes golden frames.
+//! `regress`: compares what a driver renders with golden frames (stored pictures and hashes of a trusted driver), to
+//! find errors of the driver or of a change of the program, or makes golden frames.
 
 use super::arguments::check_files;
 use super::interrupt::Interrupt;
@@ -38,7 +38,7 @@ pub struct Args {
     /// Require equal bits even if the golden frames were made with another driver, such as another build of the same source
     #[arg(long, conflicts_with = "bless")]
     exact: bool,
-    /// Run only the test cases whose names contain this text
+    /// Run only the test cases whose names contain this text; without it, all cases are run
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
     /// Write the results of all cases to this file as JUnit XML, which CI systems read
@@ -48,12 +48,14 @@ pub struct Args {
     /// when the first case fails
     #[arg(short, long, value_name = "FOLDER", default_value = "regress-failures")]
     output: PathBuf,
-    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'; without it, the best
+    /// one: discrete GPUs first, CPUs last
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
 }
 
-/// The parser of a test case, whose arguments are arguments of the command `render`.
+/// The parser of a test case, whose text has the form of arguments of the command `render`. It yields the scene, the
+/// settings and the number of frames with which the case is rendered.
 #[derive(Parser)]
 #[command(name = "render")]
 struct Line {
@@ -186,9 +188,9 @@ fn check_folder(folder: &Path) -> Result<()> {
     check_writable(&there.unwrap_or(Path::new(".")).join(".headwater"))
 }
 
-/// Prints the last line, which counts the passed, skipped and failed cases and shows the total `time`. `results` has one
-/// entry per case: its name, its verdict and its duration. Returns an error if a case failed, or if all cases were
-/// skipped.
+/// Prints the last line, which counts the passed, skipped and failed cases and shows the total `time`. `results` has
+/// one entry per case: its name, its verdict and its duration. Returns an error if a case failed, or if all cases were
+/// skipped, because then nothing was tested.
 fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<()> {
     let names = |is: fn(&Verdict) -> bool| -> Vec<&str> {
         let found = results.iter().filter(|(_, verdict, _)| is(verdict));
@@ -331,7 +333,8 @@ fn render_case(
     Ok(Ok(Rendered { image, steps }))
 }
 
-/// A sentence about the first feature that the arguments of a case request and the device lacks; `None` if it lacks none.
+/// A sentence about the first feature that the arguments of a case request and the device lacks; such a case cannot be
+/// rendered. `None` if the device lacks none.
 fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     let lacking = [
         (
@@ -351,8 +354,9 @@ fn lacks(device: &DeviceInfo, request: &Request) -> Option<String> {
     found.map(|(_, what)| format!("the device has no {what}"))
 }
 
-/// Writes three files to `folder`: the picture of a failed case, the golden picture, and a map of their FLIP difference.
-/// The map is left out if the sizes differ or a value of the picture is not finite.
+/// Writes three files to `folder`, so that the user can see what is wrong: the picture of a failed case, the golden
+/// picture, and a map of their FLIP difference (as a viewer perceives it). The map is left out if the sizes differ or a
+/// value of the picture is not finite.
 fn keep_pictures(folder: &Path, case: &Case, picture: &Image, golden: &Image) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
     let file = |what: &str| folder.join(format!("{}{what}", case.name));

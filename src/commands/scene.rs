@@ -17,7 +17,7 @@ use crate::{Error, Result};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// The subcommands of `scene`.
+/// The subcommands of `scene`: they list procedural scenes, write one to a file, or print the contents of any scene.
 #[derive(clap::Subcommand)]
 pub enum Command {
     /// List the procedural scenes and their parameters.
@@ -33,7 +33,8 @@ pub enum Command {
         /// The file to write: .glb for a scene, .exr for a sky
         #[arg(short, long, value_name = "FILE.glb|FILE.exr")]
         output: PathBuf,
-        /// A parameter of the scene and its value, see 'headwater scene list'; may be given several times
+        /// A parameter of the scene and its value, see 'headwater scene list'; may be given several times; other
+        /// parameters have their defaults
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
@@ -124,8 +125,8 @@ fn list(as_json: bool) -> Result<()> {
     Ok(())
 }
 
-/// A JSON object that describes the motion of a scene: the numbers of instances, cameras and emissive materials that
-/// change with time, and the time of the last key frame in seconds.
+/// A JSON object that describes the motion of a scene, for `scene inspect`: the numbers of instances, cameras and
+/// emissive materials that change with time, and the time of the last key frame in seconds.
 fn moves(motion: &Motion) -> Value {
     let count = |list: &[Option<u32>]| list.iter().flatten().count();
     json!({

@@ -1,5 +1,6 @@
-//! A session: a scene on an open device, ready to be rendered as command-line arguments describe it. Its functions for
-//! cameras, pictures and profiles are in `session/`.
+//! A session: a scene on an open device, ready to be rendered as command-line arguments describe it. The commands
+//! `render`, `reference`, `profile` and `regress` make their frames with one. Its functions for cameras, pictures and
+//! profiles are in `session/`.
 
 mod cameras;
 mod picture;
@@ -52,12 +53,14 @@ pub enum Purpose {
     },
 }
 
-/// A scene on an open device, with the settings and the view of its picture. It is ready to render frames.
+/// A scene on an open device, with the settings and the view of its picture. Commands render frames with it, and get
+/// pictures, reports and profiles of them from it.
 pub struct Session {
-    /// All settings, from the preset, `--config` and `--set`; where they are `auto`, the choice for this scene replaces it.
+    /// All settings, from the preset, `--config` and `--set`, by which the frames are rendered. A setting that was
+    /// `auto` has the value that was chosen for this scene.
     pub settings: ResolvedSettings,
-    /// The camera, the size of the picture, the seed, the maximum number of scattering events, and whether the camera's
-    /// rays go through random points of the pixels.
+    /// What is rendered: the camera, the size of the picture, the seed, the maximum number of scattering events, and
+    /// whether the camera's rays go through random points of the pixels.
     pub view: View,
     /// The passes and buffers that render the view, and the accumulated radiance of its samples.
     pub renderer: Renderer,
@@ -67,18 +70,19 @@ pub struct Session {
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
     scene_hash: String,
-    /// The clock, which maps the index of a frame to the time in the scene that it shows; `None` if nothing in the scene
-    /// moves.
+    /// The clock, which maps the index of a frame to the time in the scene that it shows. The scene is moved to this
+    /// time before each frame, and pictures store the clock in their metadata. `None` if nothing in the scene moves.
     clock: Option<Clock>,
     /// The scene's camera with its motion; while the clock runs, each frame is rendered with the camera of its time. `None`
     /// for a camera that does not belong to the scene, and so does not move.
     camera: Option<MovingCamera>,
     rejected: u32,
-    /// The time of each pass when it ran for the first time, which may include the compilation of its shader; one entry per
-    /// pass.
+    /// The time of each pass when it ran for the first time; one entry per pass. The report lists them apart from
+    /// `times`, because they may include the compilation of the shader.
     first_runs: Vec<PassTime>,
-    /// The time of each pass, without first runs, in the last frame or, with path tracing, in the last call of
-    /// [`Self::add_samples`]. One entry per pass, in the order in which they ran.
+    /// The time of each pass, without first runs, for the report: in the last frame or, with path tracing, in the last
+    /// call of [`Self::add_samples`]. One entry per pass, in the order in which they ran; empty if all of these were
+    /// first runs.
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
@@ -253,7 +257,8 @@ impl Session {
         Ok(())
     }
 
-    /// Renders frame `index` alone: it is not added to the accumulated sums.
+    /// Renders frame `index` alone, so that the picture can show it instead of a mean: it is not added to the
+    /// accumulated sums.
     fn single_frame(&mut self, index: u32) -> Result<()> {
         self.set_clock(index)?;
         let times = self.renderer.single_frame(index)?;
@@ -262,7 +267,8 @@ impl Session {
     }
 
     /// Restarts the renderer without the data of earlier frames and with empty sums. From now on each pass is submitted
-    /// separately, and after it every buffer that it may write is hashed.
+    /// separately, and after it every buffer that it may write is hashed, so that a regression test finds the first
+    /// pass whose results differ.
     ///
     /// # Errors
     /// The device fails, or the session is not for [`Purpose::Regression`].
@@ -292,8 +298,8 @@ impl Session {
         self.times = rest;
     }
 
-    /// The clock if frames show different times; `None` if the clock is stopped (has no frames per second), or if nothing in
-    /// the scene moves.
+    /// The clock if frames show different times, so that the scene must be moved before each frame; `None` if the clock
+    /// is stopped (has no frames per second), or if nothing in the scene moves.
     fn running_clock(&self) -> Option<Clock> {
         self.clock.filter(|clock| clock.fps.is_some())
     }

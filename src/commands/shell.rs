@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// The command-line arguments of `headwater completions`.
+/// The command-line arguments of `headwater completions`, which select the shell.
 #[derive(clap::Args)]
 pub struct CompletionsArgs {
     /// The shell for which the completion script is printed
@@ -24,7 +24,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<()> {
     print_part(String::from_utf8_lossy(&text))
 }
 
-/// The command-line arguments of `headwater man`.
+/// The command-line arguments of `headwater man`, which select the folder of the pages.
 #[derive(clap::Args)]
 pub struct ManArgs {
     /// The folder to which the manual pages are written; it must exist

@@ -1,5 +1,5 @@
-//! `statistics`: prints registers, memory and occupancy of every pass, as the driver's compiler reports them. No shader
-//! runs.
+//! `statistics`: prints registers, memory and occupancy of every pass, as the driver's compiler reports them, to show
+//! whether a change of shaders made them worse. No shader runs, so the GPU need not be there.
 
 use super::arguments::check_files;
 use super::choices::{LoadArgs, TracerArg};
@@ -28,7 +28,8 @@ pub struct Args {
     /// The method that traces rays; with auto, the passes are compiled for each method that the device supports
     #[arg(long, value_enum, default_value_t)]
     tracer: TracerArg,
-    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'; without it, the best
+    /// one: discrete GPUs first, CPUs last
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
     /// Print one JSON object instead of a table; the object lists every pipeline (a pass in one compiled form), the table
@@ -39,7 +40,8 @@ pub struct Args {
     /// contains are kept
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
-    /// A file that --output has written: fail if a value, such as the number of registers, is worse than in this file
+    /// A file that --output has written: fail if a value, such as the number of registers, is worse than in this file;
+    /// without it, nothing is compared
     #[arg(long, value_name = "FILE.json")]
     against: Option<PathBuf>,
 }
@@ -129,7 +131,7 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// Joins the pipelines of an earlier output file, `others`, with the new `pipelines`, which replace those of the same
-/// device and driver. The result is sorted by driver, then by device.
+/// device and driver; so one file keeps the values of several devices. The result is sorted by driver, then by device.
 fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others.retain(|old| !pipelines.iter().any(|new| is_comparable(old, new)));
     others.extend_from_slice(pipelines);
@@ -137,14 +139,17 @@ fn merge(mut others: Vec<Pipeline>, pipelines: &[Pipeline]) -> Vec<Pipeline> {
     others
 }
 
-/// True if both pipelines were compiled by the same driver for the same device, by their names and the driver's version.
+/// True if both pipelines were compiled by the same driver for the same device, by their names and the driver's
+/// version. Values of other compilers or devices differ for other reasons than a change of shaders, and are not
+/// compared.
 fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
     (&a.driver, &a.device) == (&b.driver, &b.device)
 }
 
 /// One line of text for each value of a pipeline, such as its number of registers, that is worse than the stored value.
-/// `stored` lists the pipelines of the file at `path`. If pipelines have no counterpart in the file, a note on stderr
-/// states their number.
+/// `stored` lists the pipelines of the file at `path`. If pipelines have no counterpart there (same pass and tracer, a
+/// common scene and common settings), a note on stderr states their number. If the file has none of this device and
+/// driver, a note says so, and no line is returned.
 fn worse(pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Vec<String> {
     let Some(first) = pipelines.first() else {
         return Vec::new();

@@ -1,5 +1,5 @@
 //! `study`: renders configurations (settings with a name) on scenes, with several seeds and frames, and compares the
-//! frames with references.
+//! frames with references, to measure their errors and to find out whether a configuration is biased.
 
 use super::arguments::{check_files, parse_look_at, size_for};
 use super::choices::{LoadArgs, TracerArg};
@@ -34,7 +34,8 @@ use std::path::PathBuf;
 /// The command-line arguments of `headwater study`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scenes to study, by name or file, instead of the scenes of the plan
+    /// The scenes to study, by name or file, instead of the scenes of the plan; without them, all scenes of the plan
+    /// are studied
     scenes: Vec<String>,
     /// The folder for results, references and finished runs; a study continues with the finished runs in it
     #[arg(short, long, value_name = "DIR")]
@@ -45,16 +46,18 @@ pub struct Args {
     /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
     #[command(flatten)]
     load: LoadArgs,
-    /// Light from infinitely far away, for all scenes: an image file, .exr or .hdr, or a sky such as sky:sun=40
+    /// Light from infinitely far away, for all scenes: an image file, .exr or .hdr, or a sky such as sky:sun=40;
+    /// without it, the plan decides for each scene
     #[arg(long, value_name = "FILE|sky:…")]
     environment: Option<String>,
-    /// Maximum number of scattering events of a path, instead of the value in the plan
+    /// Maximum number of scattering events of a path, instead of the value in the plan; without it, the plan decides
     #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
     /// Use a quarter of the seeds and a quarter of the references' samples per pixel, for a preview that proves nothing
     #[arg(long)]
     quick: bool,
-    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'; without it, the best
+    /// one: discrete GPUs first, CPUs last
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
     /// The method that traces rays
@@ -248,8 +251,8 @@ fn kept(folder: &Folder) -> String {
     )
 }
 
-/// The camera that the key `look_at` of a scene in the plan describes; `None` if the scene has no such key. Returns an
-/// error if its text describes no camera.
+/// The camera that the key `look_at` of a scene in the plan (the TOML file of the study) describes; it replaces the
+/// cameras of the scene. `None` if the scene has no such key. Returns an error if its text describes no camera.
 fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
     let origin = format!("{}: look_at", planned.name);
     (planned.look_at.as_deref())
@@ -276,7 +279,8 @@ fn camera(
 }
 
 /// Returns an error that lists the rows which make the study fail; without such rows, returns no error. A row holds the
-/// results of one configuration on one scene. Also prints a note that lists the rows whose bias is undecided.
+/// results of one configuration on one scene. Also prints a note that lists the rows whose bias is undecided, with what
+/// the user can raise to decide it.
 fn verdict(rows: &[Row]) -> Result<()> {
     let open: Vec<String> = (rows.iter())
         .filter_map(|row| {

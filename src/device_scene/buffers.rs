@@ -1,5 +1,6 @@
-//! The buffers of a scene on the device: their contents, sizes in bytes and bindings. `shader_interface/scene_buffers.rs`
-//! declares each buffer; `SceneContents::new` collects the contents.
+//! The buffers of a scene on the device, from which shaders read its geometry, materials and lights: their contents,
+//! sizes in bytes and bindings. `shader_interface/scene_buffers.rs` declares each buffer; `SceneContents::new` collects
+//! the contents.
 
 use super::environment::EnvironmentTexels;
 use super::epochs::EpochContents;
@@ -28,13 +29,15 @@ macro_rules! declare_contents {
             $($(#[$meta])* pub $name: Vec<$element>,)*
             /// Width and height of the environment in texels; zero for a scene without an environment.
             pub environment_size: UVec2,
-            /// Cosine and sine of the environment's rotation around the upward axis (+Y).
+            /// Cosine and sine of the environment's rotation around the upward axis (+Y); shaders turn directions by it
+            /// before they read the environment. Zero for a scene without an environment.
             pub environment_turn: Vec2,
         }
 
-        /// Upper bounds of the sizes of all buffers except `nodes`, in bytes. They are known before any tree is built,
-        /// and decide how shaders access the scene. `nodes` is 0, because the number of nodes is known only from the
-        /// trees; unless a mesh has very few triangles, its nodes take fewer bytes than its positions.
+        /// Upper bounds of the sizes of all buffers except `nodes`, in bytes. They are known before any tree is built;
+        /// they decide how shaders access the scene, and a scene that is too large for the device is refused by them.
+        /// `nodes` is 0, because the number of nodes is known only from the trees; unless a mesh has very few
+        /// triangles, its nodes take fewer bytes than its positions.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 
@@ -53,7 +56,8 @@ macro_rules! declare_contents {
             }
         }
 
-        /// All buffers of a scene on the device, and the table that describes them to shaders.
+        /// All buffers of a scene on the device, from which every pass reads the scene, and the table that describes
+        /// them to shaders.
         pub struct SceneBuffers {
             $($(#[$meta])* pub $name: Buffer,)*
             /// The uniform buffer with one [`SceneTable`]: the numbers of elements, the size and rotation of the environment
@@ -158,8 +162,9 @@ impl SceneBuffers {
     }
 }
 
-/// True if shaders read the buffer with this name in groups of four 32-bit words. The [`Fetch`] of a variant decides
-/// whether these groups are read as texels or as words.
+/// True if shaders read the buffer with this name in groups of four 32-bit words; false for other buffers and unknown
+/// names. The [`Fetch`] of a variant decides whether these groups are read as texels or as words, and so which limit of
+/// the device applies to the buffer.
 pub fn is_fetched(name: &str) -> bool {
     name == LIGHT_BVH
         || BUFFERS

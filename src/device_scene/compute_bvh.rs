@@ -1,6 +1,7 @@
-//! The trees (bounding volume hierarchies) that a compute shader traverses: one over the triangles of each mesh and one
-//! over the instances. The nodes have up to eight children and are compressed. On the device, one array holds the nodes
-//! of all trees, and the indices in a node count from the start of the whole array.
+//! The trees (bounding volume hierarchies) that a compute shader traverses to find what a ray hits: one over the
+//! triangles of each mesh and one over the instances. The nodes have up to eight children and are compressed. On the
+//! device, one array holds the nodes of all trees, and the indices in a node count from the start of the whole array.
+//! Light BVHs are made from the binary trees that are also built here.
 
 use crate::shader_interface::NONE;
 use glam::Vec3;
@@ -23,10 +24,11 @@ pub struct Tree {
     /// The nodes. In a node, indices of children count from the start of this array, and indices of primitives from the
     /// start of `order`.
     pub nodes: Vec<CwBvhNode>,
-    /// The primitives (triangles or boxes) in the order of the leaves: for each position, the index of its primitive in the
-    /// input.
+    /// The primitives (triangles or boxes) in the order of the leaves: for each position, the index of its primitive in
+    /// the input. The primitives are stored in this order on the device, or found through it.
     pub order: Vec<u32>,
-    /// The number of levels of inner nodes, including the root. It decides the size of the stack that a traversal needs.
+    /// The number of levels of inner nodes, including the root; 1 for a tree without primitives. It decides the size of
+    /// the stack that a traversal needs.
     pub depth: u32,
 }
 
@@ -114,12 +116,13 @@ impl Tree {
         Self::balanced(&aabbs(boxes))
     }
 
-    /// Builds the eight-wide tree over boxes from the binary tree of [`halved`], which has the minimum number of levels.
+    /// Builds the eight-wide tree over boxes from the binary tree of [`halved`], which has the minimum number of
+    /// levels. It is used where the library's builder is too slow or makes a tree that is too deep.
     fn balanced(boxes: &[Aabb]) -> Self {
         Self::from_built(bvh2_to_cwbvh(&halved(boxes), 1, true, false))
     }
 
-    /// Returns a tree without primitives: a root without children.
+    /// Returns a tree without primitives, which every ray misses: a root without children.
     fn empty() -> Self {
         Self {
             nodes: vec![CwBvhNode::default()],
@@ -149,7 +152,8 @@ impl Tree {
 }
 
 /// A node of a binary tree over boxes, whose nodes are stored in depth-first order: the first child of an inner node
-/// directly follows it in the array. Light BVHs are made from such trees.
+/// directly follows it in the array. Light BVHs, whose leaves are clusters (lights so close together that they count as
+/// one), are made from such trees; no rays are traced through them.
 #[derive(Clone, Copy, Debug)]
 pub struct BinaryNode {
     /// The smallest x, y and z of the node's box, in the space of the input boxes.
@@ -163,8 +167,8 @@ pub struct BinaryNode {
     pub primitive: u32,
 }
 
-/// Builds a binary tree over boxes (smallest corner, largest corner), with one box per leaf. Returns the nodes in
-/// depth-first order; there are none without boxes.
+/// Builds a binary tree over boxes (smallest corner, largest corner), with one box per leaf, from which a light BVH or
+/// its clusters of lights are made. Returns the nodes in depth-first order; there are none without boxes.
 pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     if boxes.is_empty() {
         return Vec::new();
@@ -201,8 +205,8 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     nodes
 }
 
-/// True if one and the same box occurs more than [`MAX_EQUAL_BOXES`] times. The hashes of the boxes are sorted, because
-/// this is faster than counting the boxes in a map.
+/// True if one and the same box occurs more than [`MAX_EQUAL_BOXES`] times, so that the library's builder would be too
+/// slow. The hashes of the boxes are sorted, because this is faster than counting the boxes in a map.
 fn many_are_equal(boxes: &[Aabb]) -> bool {
     if boxes.len() <= MAX_EQUAL_BOXES {
         return false;
@@ -271,8 +275,8 @@ fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32]
     halve(nodes, children + 1, boxes, high, first + low.len() as u32);
 }
 
-/// The number of levels of inner nodes in an eight-wide tree, including the root. In `nodes`, a parent must come before
-/// its children.
+/// The number of levels of inner nodes in an eight-wide tree, including the root, for [`Tree::depth`]. In `nodes`, a
+/// parent must come before its children.
 fn depth(nodes: &[CwBvhNode]) -> u32 {
     let mut levels = vec![1_u32; nodes.len()];
     let mut deepest = 1;

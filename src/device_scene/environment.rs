@@ -12,13 +12,13 @@ use std::f64::consts::{PI, TAU};
 /// texel has a probability that 32 random bits can represent, so that light samples miss no part of the environment.
 const UNIFORM_FRACTION: f64 = 0.02;
 
-/// The data of the environment for the device. For a scene without an environment, all arrays are empty and the size is
-/// 0.
+/// The data of the environment for the device: shaders look up the light from a direction in it, and draw light samples
+/// by it. For a scene without an environment, all arrays are empty and the size is 0.
 #[derive(Clone, Debug, Default)]
 pub struct EnvironmentTexels {
     /// One entry per texel, row by row from the zenith: red, green and blue are the radiance in the device's unit. The
-    /// fourth component is the probability density with which light samples draw points in the texel, per square radian of
-    /// longitude × latitude.
+    /// fourth component is the probability density with which light samples draw points in the texel, per square radian
+    /// of longitude × latitude; shaders weight samples by it.
     pub texels: Vec<Vec4>,
     /// The alias table that draws texels, with one entry per texel. A draw picks an entry at random. If 32 random bits are
     /// below the first number of the entry, the entry's own texel is drawn; otherwise the texel whose index is the second
@@ -26,7 +26,8 @@ pub struct EnvironmentTexels {
     pub columns: Vec<UVec2>,
     /// The width and the height of the environment in texels.
     pub size: UVec2,
-    /// The cosine and the sine of the environment's rotation around the upward axis (+Y).
+    /// The cosine and the sine of the environment's rotation around the upward axis (+Y); shaders turn directions by it
+    /// before they read the texels.
     pub turn: Vec2,
 }
 

@@ -1,6 +1,7 @@
 //! A scene that moves. The device holds it twice: in its state in the current frame (epoch 0) and in its state in the
-//! previous frame (epoch 1). A buffer that depends on time holds the elements of the current frame, then those of the
-//! previous frame.
+//! previous frame (epoch 1), so that passes that reuse samples of the previous frame can trace rays and evaluate lights
+//! as they were then. A buffer that depends on time holds the elements of the current frame, then those of the previous
+//! frame.
 
 use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
@@ -12,8 +13,9 @@ use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};
 
-/// The contents of the buffers that depend on time. Unless its comment states otherwise, each array holds the elements of
-/// the current frame and, if something moves, then those of the previous frame.
+/// The contents of the buffers that depend on time; they are uploaded whenever the time changes. Unless its comment
+/// states otherwise, each array holds the elements of the current frame and, if something moves, then those of the
+/// previous frame.
 pub struct EpochContents {
     /// The nodes of the trees over the instances: one tree for the current frame and, if something moves, one for the
     /// previous frame. Later the nodes of the meshes' trees, which do not depend on time, are appended.
@@ -37,9 +39,10 @@ pub struct EpochContents {
 }
 
 impl EpochContents {
-    /// Assembles the contents from one pose (state of the scene at one time), or from the poses of the current and the
-    /// previous frame. `room` is the number of nodes that are reserved for each pose's tree over the instances. The
-    /// instances refer to the roots of their meshes' trees, whose nodes the caller appends after all reserved nodes.
+    /// Assembles the contents from one pose (state of the scene at one time) if nothing moves, or from the poses of the
+    /// current and the previous frame. `room` is the number of nodes that are reserved for each pose's tree over the
+    /// instances. The instances refer to the roots of their meshes' trees, whose nodes the caller appends after all
+    /// reserved nodes.
     pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
@@ -84,14 +87,17 @@ impl EpochContents {
     }
 }
 
-/// A scene that moves, with its poses (states at one time) in the current and in the previous frame.
+/// A scene that moves, with its poses (states at one time) in the current and in the previous frame. It computes the
+/// poses of new times, from which the buffers on the device are updated.
 pub struct MovingScene {
     motion: Motion,
     poser: ScenePoser,
     /// The number of nodes that are reserved for the tree over the instances, separately for the current and for the
-    /// previous frame. It is also the index of the root of the previous frame's tree in the buffer `nodes`.
+    /// previous frame, because the tree changes with time and its buffer cannot grow. It is also the index of the root
+    /// of the previous frame's tree in the buffer `nodes`.
     pub room: usize,
-    /// The number of instances in the original scene, before static meshes are merged.
+    /// The number of instances in the original scene, before static meshes are merged. For each of them, shaders need
+    /// the transform to its previous position.
     instance_count: usize,
     /// The pose of the current frame, then the pose of the previous frame. They are the poses that the device's buffers
     /// contain.
@@ -104,13 +110,15 @@ pub struct PoseChange<'a> {
     /// The pose of the current frame, then the pose of the previous frame. While this guard exists, other threads cannot
     /// change them. The caller keeps it until the device has been updated.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
-    /// True if the pose that was current is now the previous one, so that its acceleration structure can be reused.
+    /// True if the pose that was current is now the previous one, so that its acceleration structure can be reused;
+    /// false after a jump in time.
     pub advanced: bool,
-    /// One flag for the current and one for the previous pose: true if this change computed the pose anew, so that its
-    /// acceleration structure must be rebuilt.
+    /// One flag for the current and one for the previous pose, in this order: true if this change computed the pose
+    /// anew, so that its acceleration structure must be rebuilt.
     pub new: [bool; 2],
     /// For each instance of the original scene, the transform that takes a point of the instance, in the device's world
-    /// space, from its current position to its position in the previous frame.
+    /// space, from its current position to its position in the previous frame. Motion vectors and the reuse of earlier
+    /// samples need it.
     pub previous_transforms: Vec<GpuPreviousTransform>,
 }
 
@@ -134,8 +142,8 @@ impl MovingScene {
         }
     }
 
-    /// Sets the times of the current frame (`now`) and of the previous frame (`before`), in seconds, and computes the poses
-    /// that are missing. Returns `None` if both times are already set.
+    /// Sets the times of the current frame (`now`) and of the previous frame (`before`), in seconds, and computes the
+    /// poses that are missing. Returns what the caller must update on the device; `None` if both times are already set.
     ///
     /// # Errors
     /// At one of the times, the transform of an instance or punctual light is not finite or reaches further than can be
@@ -171,8 +179,8 @@ impl MovingScene {
         }))
     }
 
-    /// The lights of the current pose, and the time of that pose in seconds. `known` is the time of the lights that the
-    /// caller has: if it is the time of the pose, returns `None`.
+    /// The lights of the current pose, and the time of that pose in seconds; the light BVH is fitted to them. `known`
+    /// is the time of the lights that the caller has: if it is the time of the pose, returns `None`.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -182,7 +190,8 @@ impl MovingScene {
     }
 
     /// For each instance of the original scene, the transform that takes a point of the instance, in the device's world
-    /// space, from its current position to its position in the previous frame.
+    /// space, from its current position to its position in the previous frame. These transforms are the first content
+    /// of the buffer `previous_transforms`, with which shaders find where a point was.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.

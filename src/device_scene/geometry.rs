@@ -1,6 +1,6 @@
 //! The triangles of a scene's meshes, in the arrays that are uploaded for shaders. If a compute shader traces rays through a
-//! tree, the triangles of each mesh are in the order of the leaves of that tree. With ray queries, they keep the order of
-//! the mesh.
+//! tree, the triangles of each mesh are in the order of the leaves of that tree, so that each leaf is a range of triangles.
+//! With ray queries, they keep the order of the mesh.
 
 use super::compute_bvh::Tree;
 use super::merge_static::TracedScene;
@@ -11,7 +11,8 @@ use crate::shader_interface::NONE;
 use glam::{DAffine3, DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
-/// The place of one mesh in the arrays of [`Geometry`], with the properties of the mesh that all its instances share.
+/// The place of one mesh in the arrays of [`Geometry`], with the properties of the mesh that all its instances share. Each
+/// instance on the device gets a copy of the places, by which shaders find the triangles that a ray hits.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshOffsets {
     /// The index of the mesh's first triangle in [`Geometry::positions`].
@@ -36,7 +37,8 @@ pub struct MeshOffsets {
     /// The index in [`Geometry::nodes`] of the root of the tree over the mesh's triangles; 0 if the driver builds the trees,
     /// for ray queries.
     pub root_node: u32,
-    /// True if every material of the mesh is opaque, so that no ray has to test the alpha of a hit.
+    /// True if every material of the mesh is opaque. Ray queries then accept each hit at once; otherwise the shader tests
+    /// the alpha of the hit.
     pub opaque: bool,
     /// The number of the mesh's triangles that emit light at some time. Each instance of the mesh adds that many emissive
     /// triangles to the list of lights.
@@ -45,12 +47,14 @@ pub struct MeshOffsets {
     /// is stored scaled, and a mesh far from its own origin is stored translated, so that f32 is precise enough. For other
     /// meshes the transform is the identity.
     pub to_object: DAffine3,
-    /// The smallest and the largest x, y and z of the mesh's stored positions, before `to_object` is applied.
+    /// The smallest and the largest x, y and z of the mesh's stored positions, before `to_object` is applied. From them, the
+    /// box of each instance in the world is computed, for the tree over the instances. Zero for a mesh without positions.
     pub bounds: (Vec3, Vec3),
 }
 
-/// The triangles of all meshes, and the trees over them. In an array with entries per triangle, one mesh follows the other.
-/// An array of an optional attribute, such as vertex colours, has no entries for a mesh that lacks the attribute.
+/// The triangles of all meshes, and the trees over them, in the form in which they are uploaded into the scene's buffers. In
+/// an array with entries per triangle, one mesh follows the other. An array of an optional attribute, such as vertex
+/// colours, has no entries for a mesh that lacks the attribute.
 #[derive(Default)]
 pub struct Geometry {
     /// The stored positions of the three corners of each triangle. [`MeshOffsets::to_object`] converts stored positions to
@@ -66,16 +70,18 @@ pub struct Geometry {
     /// The colours of the three corners of each triangle, for meshes with vertex colours. Each colour is RGBA in [0, 1] with
     /// 16 bits per channel, from the lowest bits of its first word.
     pub colors: Vec<[UVec2; 3]>,
-    /// Three numbers per triangle, for each mesh that has several parts (runs of triangles with one material), emits light,
-    /// or was merged from several meshes. The first number is the index of the triangle's material. The second is the
-    /// triangle's rank among the mesh's emissive triangles, or NONE if it never emits. The third is an offset: added to
-    /// `GpuInstance::id`, it gives the index of the original scene's instance to which the triangle belongs.
+    /// Three numbers per triangle, with which shaders find the material, the light and the instance of a hit. They exist for
+    /// each mesh that has several parts (runs of triangles with one material), emits light, or was merged from several
+    /// meshes. The first number is the index of the triangle's material, the second is its rank among the mesh's emissive
+    /// triangles, or NONE if it never emits. The third is an offset: added to `GpuInstance::id`, it gives the index of the
+    /// original scene's instance to which the triangle belongs.
     pub parts: Vec<UVec3>,
-    /// The eight-wide nodes of the trees over all meshes' triangles; empty if the driver builds the trees, for ray queries.
-    /// Indices of child nodes count from the start of this array, and indices of triangles from the start of `positions`.
+    /// The eight-wide nodes of the trees over all meshes' triangles, through which a compute shader traces rays; empty if
+    /// the driver builds the trees, for ray queries. Indices of child nodes count from the start of this array, and indices
+    /// of triangles from the start of `positions`.
     pub nodes: Vec<CwBvhNode>,
     /// For each triangle in `positions`, its index in [`Mesh::triangles`], that is, before the triangles were put into the
-    /// order of the tree's leaves.
+    /// order of the tree's leaves. By it, an emissive triangle of a mesh is found among the stored triangles.
     pub order: Vec<u32>,
     /// One entry per mesh of the traced scene, in the same order: where its data begin in the other arrays.
     pub meshes: Vec<MeshOffsets>,
@@ -98,7 +104,8 @@ impl Geometry {
     }
 
     /// For each triangle of the mesh with the index `mesh`, in the order of [`Mesh::triangles`]: its index among the stored
-    /// triangles of the mesh, where 0 is [`MeshOffsets::first_triangle`].
+    /// triangles of the mesh, where 0 is [`MeshOffsets::first_triangle`]. Lights with holes (alpha mode mask) store this
+    /// index, so that shaders can read the alpha at a point of the light.
     pub fn traced_index(&self, mesh: u32) -> Vec<u32> {
         let offsets = self.meshes[mesh as usize];
         let first = offsets.first_triangle as usize;
@@ -259,8 +266,8 @@ fn pack_tangent(tangent: Vec4) -> u32 {
     pack_octahedral(direction) & !1 | u32::from(tangent.w < 0.0)
 }
 
-/// Packs a unit vector as two octahedral coordinates (Cigolle et al., JCGT 2014). Each is a signed 16-bit integer; the first
-/// is in the lower half of the word.
+/// Packs a unit vector, such as a normal, into one word, so that it takes a third of the memory. The word has two octahedral
+/// coordinates (Cigolle et al., JCGT 2014), each a signed 16-bit integer; the first is in the lower half.
 pub fn pack_octahedral(normal: Vec3) -> u32 {
     let n = normal / normal.abs().element_sum();
     let folded = if n.z >= 0.0 {

@@ -1,4 +1,5 @@
-//! The texture images of a scene, for shader variants that sample images instead of reading texels from a buffer.
+//! The texture images of a scene, for shader variants that sample images instead of reading texels from a buffer: their
+//! upload, and the comparison of their sizes with the limits of the device.
 
 use crate::Result;
 use crate::gpu::{Device, DeviceInfo, SampledImage};
@@ -9,7 +10,8 @@ use std::sync::Arc;
 /// images and other resources together, so a larger value lowers the number of images that a scene may have.
 const OTHER_BINDINGS: u64 = 64;
 
-/// The count and the largest sizes of a scene's images, which are compared with the device's limits before the upload.
+/// The count and the largest sizes of a scene's images. They are compared with the limits of the device, to decide whether
+/// shaders can sample images or must read texels from a buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ImageSizes {
     /// The number of images in the scene.
@@ -21,7 +23,7 @@ pub struct ImageSizes {
 }
 
 impl ImageSizes {
-    /// Counts the images of a scene, and finds their largest sizes.
+    /// Counts the images of a scene, and finds their largest sizes, without uploading them.
     pub fn of(scene: &Scene) -> Self {
         let images = || scene.images.iter();
         let max_side = images().map(|image| image.width.max(image.height)).max();

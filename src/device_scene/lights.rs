@@ -26,16 +26,17 @@ pub struct LightSources {
     primitives: Vec<u32>,
     materials: Vec<Material>,
     punctual: Vec<PunctualLight>,
-    /// The mean luminance of the environment, weighted by the luminance itself, in the scene's unit of radiance. `None` for
-    /// a scene without an environment.
+    /// The mean luminance of the environment, weighted by the luminance itself, in the scene's unit of radiance. It enters
+    /// [`Lights::mean_luminance`]. `None` for a scene without an environment.
     environment_mean: Option<f64>,
     light_powers: LightPowers,
-    /// The classification of the lights into rare ones (far dimmer than the others) and ordinary ones; `None` if no light is
-    /// rare.
+    /// The classification of the lights into rare ones (far dimmer than the others), which get separate candidates, and
+    /// ordinary ones. `None` if no light is rare.
     rare: Option<RareLights>,
 }
 
-/// The lights of a scene at one time in the device's units, with the alias tables that select among them.
+/// The lights of a scene at one time in the device's units, with the alias tables that select among them. They are uploaded
+/// for shaders, and the light BVH is built from them.
 #[derive(Clone, Default)]
 pub struct Lights {
     /// The emissive triangles in the device's world space, in the order in which shaders index them.
@@ -53,14 +54,15 @@ pub struct Lights {
     /// rare emitters that have power now are equally likely, however many triangles they have. Other lights have the
     /// probability 0. Empty if no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
-    /// One flag per light of all kinds: true if the light is rare, that is, far dimmer than the others. Empty if no light is
-    /// rare.
+    /// One flag per light of all kinds: true if the light is rare, that is, far dimmer than the others. If every user of the
+    /// light BVH draws separate candidates from rare lights, the tree leaves them out. Empty if no light is rare.
     pub rare: Vec<bool>,
-    /// The power of each light of all kinds, divided by π, in the device's units. The powers of distant lights (directional
-    /// lights and the environment) are scaled down so that their sum is at most the sum of the powers of all other lights.
+    /// The power of each light of all kinds, divided by π, in the device's units; the light BVH takes the sizes of its boxes
+    /// and the weights of its lights from it. The powers of distant lights (directional lights and the environment) are
+    /// scaled down so that their sum is at most the sum of the powers of all other lights.
     pub powers: Vec<f64>,
     /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance; 0
-    /// if none of them has power. The light that a pixel's first BSDF ray finds is measured relative to it.
+    /// if none of them has power. The light that a pixel's pilot (its first BSDF ray) finds is measured relative to it.
     pub mean_luminance: f32,
 }
 
@@ -77,7 +79,8 @@ impl Lights {
     }
 
     /// The probability, in [0, 1], that a draw from [`Lights::choices`] selects a directional light or the environment,
-    /// which the light BVH does not contain.
+    /// which the light BVH does not contain. It decides how many light samples of a pixel are drawn among all lights instead
+    /// of from the light BVH.
     pub fn distant_fraction(&self) -> f32 {
         let distant = (0..self.choices.len()).filter(|index| self.is_distant(*index));
         distant.map(|index| self.choices[index].probability).sum()
@@ -306,7 +309,8 @@ pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
 }
 
 /// The mean luminance of lights, weighted by their power; 0 if none has power. The power of a triangle is its area ×
-/// luminance. `environment` is the pair of the environment's power and mean luminance; `None` without an environment.
+/// luminance. `environment` is the pair of the environment's power and mean luminance; `None` without an environment. All
+/// are in the device's units.
 fn mean_luminance(lights: &[GpuLight], environment: Option<(f64, f64)>) -> f32 {
     let (mut power, mut weighted) = (0.0, 0.0);
     for light in lights {

@@ -1,4 +1,5 @@
-//! Materials and textures in the form in which shaders read them.
+//! Materials and textures in the form in which shaders read them: radiances in the device's unit, alpha modes as numbers,
+//! and textures as indices.
 
 use crate::scene::lights::EmitterTriangle;
 use crate::scene::texture::{self, Wrap};
@@ -17,6 +18,7 @@ pub struct Materials {
     /// the wrap modes.
     pub textures: Vec<GpuTexture>,
     /// For each material, the index of its emissive texture in `textures`; NONE for a material without one.
+    /// [`Materials::of_lights`] copies it to each emissive triangle.
     emissive: Vec<u32>,
     /// The words of the buffer `texels`: first a table of 256 words, then the texels of all images. The table has the linear
     /// value of each sRGB byte, as the bits of an f32; it is left out if no material has a texture. The texels are left out
@@ -80,7 +82,7 @@ impl Materials {
     }
 
     /// One entry per emissive triangle, in the same order: the texture coordinates of its corners, and the index of its
-    /// emissive texture in `textures`, or NONE without one.
+    /// emissive texture in `textures`, or NONE without one. With it, shaders compute the emission at a point of the light.
     pub fn of_lights(&self, emitters: &[EmitterTriangle]) -> Vec<GpuLightTexture> {
         let laid = emitters.iter().map(|emitter| {
             let [a, b, c] = emitter.uvs;
@@ -96,7 +98,8 @@ impl Materials {
     }
 }
 
-/// The linear value in [0, 1] of each of the 256 sRGB bytes, in ascending order of the bytes.
+/// The linear value in [0, 1] of each of the 256 sRGB bytes, in ascending order of the bytes. Shaders look up the bytes of
+/// texels in this table.
 fn linear_of_srgb() -> impl Iterator<Item = f32> {
     (0..=u8::MAX).map(|byte| texture::srgb([byte; 4]).x)
 }

@@ -20,7 +20,8 @@ pub struct TracedScene<'a> {
     /// The number plus the entry of the mesh's instance in `instance_ids` is the index of the original instance to which the
     /// part belongs.
     pub part_ids: Vec<Vec<u32>>,
-    /// One entry per material of the scene: true if it emits light at some time.
+    /// One entry per material of the scene: true if it emits light at some time. It is taken from the original scene,
+    /// because a merged `scene` has no motion, which may change emission.
     pub emitter_materials: Vec<bool>,
 }
 
@@ -36,7 +37,8 @@ impl<'a> TracedScene<'a> {
 }
 
 /// One entry per instance: true if its mesh is merged with others, because the mesh has no other instance and the instance
-/// does not move. If only one instance meets these conditions, none is merged.
+/// does not move. If only one instance meets these conditions, none is merged, because there is no other mesh to merge it
+/// with.
 fn merged_instances(scene: &Scene) -> Vec<bool> {
     let mut uses = vec![0_u32; scene.meshes.len()];
     for instance in &scene.instances {
@@ -74,20 +76,23 @@ pub struct ElementCounts {
     /// The number of entries in the buffer `triangle_parts`: the stored triangles of meshes that have several parts (runs of
     /// triangles with one material), have a material that emits, or were merged from several meshes.
     pub part_triangles: u64,
-    /// The number of instances that are traced: those that are not merged, and one per merged mesh.
+    /// The number of instances that are traced: those that are not merged, and one per merged mesh. Each has one entry in
+    /// the buffer `instances` for each epoch (the current and, if something moves, the previous frame).
     pub instances: u64,
-    /// The number of materials in the scene.
+    /// The number of materials in the scene; each has one entry in the buffer `materials`.
     pub materials: u64,
     /// The number of uses of an image by a material; each use has one entry in the buffer `textures`.
     pub textures: u64,
-    /// The number of texels of all images together.
+    /// The number of texels of all images together, from which the size of the buffer `texels` follows if shaders read
+    /// textures from it.
     pub texels: u64,
     /// The number of emissive triangles in the world; a triangle of a mesh counts once for each instance of the mesh.
     pub triangle_lights: u64,
     /// True if a material that emits at some time has an emissive texture. The texture coordinates of all emissive triangles
     /// are then stored.
     pub textured_lights: bool,
-    /// The number of punctual lights in the scene.
+    /// The number of punctual lights in the scene, which is the number of entries in the buffer `punctual_lights` for each
+    /// epoch (the current and, if something moves, the previous frame).
     pub punctual_lights: u64,
     /// The number of texels in the image of the environment; 0 for a scene without an environment.
     pub environment_texels: u64,
@@ -101,6 +106,7 @@ pub struct ElementCounts {
 
 impl ElementCounts {
     /// The number of lights of all kinds: emissive triangles, punctual lights, and 1 for an environment, if there is one.
+    /// Each alias table that selects among the lights has as many columns.
     pub fn lights(&self) -> u64 {
         self.triangle_lights + self.punctual_lights + u64::from(self.environment_texels > 0)
     }

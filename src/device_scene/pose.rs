@@ -14,22 +14,23 @@ use crate::shader_interface::{GpuInstance, GpuPreviousTransform, NONE};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Computes the pose of a scene at any time: its instances, its lights and the tree over the instances.
+/// Computes the pose of a scene at any time: its instances, its lights and the tree over the instances. It holds all data
+/// that do not depend on time, so that a frame only states the current transforms and emission of what changes.
 pub struct ScenePoser {
     units: Units,
     instances: Vec<TracedInstance>,
-    /// Maps the index of an instance in the original scene to its index in `instances`. Instances whose meshes are merged
-    /// into larger meshes never move, and are not in the map.
+    /// Maps the index of an instance in the original scene, by which the motion names it, to its index in `instances`.
+    /// Instances whose meshes are merged into larger meshes never move, and are not in the map.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
     trees: bool,
-    /// The maximum number of levels of the tree over the instances. It follows from the size of the stack for which shaders
-    /// are compiled.
+    /// The maximum number of levels of the tree over the instances. The stack of compiled shaders has a fixed size, which a
+    /// deeper tree would exceed. `u32::MAX` (no limit) until [`ScenePoser::limit_depth`] sets it.
     max_depth: u32,
 }
 
-/// An instance of the traced scene, that is, after static meshes are merged: the transform that it has without motion, and
-/// data that do not change with time.
+/// An instance of the traced scene, that is, after static meshes are merged. From the transform that it has without motion,
+/// and from data that do not change with time, each pose computes its entry in the device's array of instances.
 struct TracedInstance {
     object_to_world: DAffine3,
     mesh: MeshOffsets,
@@ -37,7 +38,8 @@ struct TracedInstance {
     constant: GpuInstance,
 }
 
-/// The state of a scene's instances and lights at one time.
+/// The state of a scene's instances and lights at one time. The device's buffers are filled from the pose of the current
+/// frame and, if something moves, that of the previous frame.
 #[derive(Clone)]
 pub struct ScenePose {
     /// The time of the pose in seconds.
@@ -45,8 +47,8 @@ pub struct ScenePose {
     /// All traced instances (after static meshes are merged) with their transforms. `root_node` is an index into
     /// [`Geometry::nodes`]. In the device's buffer, the trees over the instances stand before these nodes.
     pub instances: Vec<GpuInstance>,
-    /// The indices in `instances` of all instances that rays can hit. An instance is left out if its transform flattens it
-    /// to a plane, a line or a point.
+    /// The indices in `instances` of all instances that rays can hit; only these are in the tree or the acceleration
+    /// structure. An instance is left out if its transform flattens it to a plane, a line or a point.
     pub visible: Vec<u32>,
     /// The tree over the boxes of the instances in `visible`, for tracing in compute; it is empty if the driver builds its
     /// own tree for ray queries.
@@ -54,7 +56,8 @@ pub struct ScenePose {
     /// The lights at this time, in the device's units.
     pub lights: Lights,
     /// One pair for each instance that may move: its index in the original scene, before meshes are merged, and its
-    /// transform from object to world space at this time.
+    /// transform from object to world space at this time. From the pairs of two poses, [`ScenePoser::previous_transforms`]
+    /// computes where points were in the previous frame.
     pub moved: Vec<(u32, DAffine3)>,
 }
 
@@ -111,7 +114,8 @@ impl ScenePoser {
         }
     }
 
-    /// The emissive triangles in object space, in the order of the lights' indices.
+    /// The emissive triangles in object space, in the order of the lights' indices. Their groups (triangles with common
+    /// corners) and their texture coordinates are computed from them.
     pub fn emitter_triangles(&self) -> &[EmitterTriangle] {
         &self.sources.emitter_triangles
     }
@@ -180,13 +184,15 @@ impl ScenePoser {
     }
 
     /// The transform of the traced instance `index` from the stored positions of its mesh to the device's world space.
+    /// `object_to_world` is its transform from object space to the world in scene units.
     fn on_device(&self, object_to_world: &DAffine3, index: usize) -> DAffine3 {
         self.units.to_device() * *object_to_world * self.instances[index].mesh.to_object
     }
 
     /// For each of the `count` instances of the original scene (before merging), the transform of its points from their
-    /// positions in the pose `now` to those in the pose `before`, in the device's world space. It is the identity for an
-    /// instance that does not move, and zero for an instance that is flat in `now`.
+    /// positions in the pose `now` to those in the pose `before`, in the device's world space. With it, shaders find the
+    /// pixel that showed a point in the previous frame. It is the identity for an instance that does not move, and zero for
+    /// an instance that is flat in `now`.
     pub fn previous_transforms(
         &self,
         count: usize,

@@ -19,7 +19,9 @@ const PART: f64 = 1.0 / 8.0;
 /// rounded. Of emitters with equal power, either all are rare or none is.
 const SAME: f64 = 1.0 - 1e-6;
 
-/// The classification of a scene's lights into rare lights (far dimmer than the others) and ordinary ones.
+/// The classification of a scene's lights into rare lights (far dimmer than the others) and ordinary ones. Two tables of
+/// weights follow from it: one for the candidates that compete in reservoirs, and one for the separate candidates of rare
+/// lights.
 pub struct RareLights {
     /// For each light, the index of its emitter. For example, all triangles of one material in one instance are one emitter.
     /// The lights of an emitter are either all rare or all ordinary, so that small triangles of a bright emitter are not
@@ -101,8 +103,8 @@ impl RareLights {
     }
 }
 
-/// The sums of `values` for `count` emitters. Each value belongs to the emitter whose index is at the same place in
-/// `emitters`.
+/// The sums of `values`, such as powers, for `count` emitters. Each value belongs to the emitter whose index is at the same
+/// place in `emitters`.
 fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
     for (value, emitter) in values.iter().zip(emitters) {

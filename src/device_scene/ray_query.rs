@@ -7,8 +7,8 @@ use crate::shader_interface::GpuInstance;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The acceleration structures of a scene: one bottom-level structure per mesh, one top-level structure over the instances
-/// and, if something moves, a second one over the instances as they were in the previous frame.
+/// The acceleration structures of a scene, in which shaders trace rays: one bottom-level structure per mesh, one top-level
+/// structure over the instances and, if something moves, a second one over the instances as they were in the previous frame.
 pub struct RayQueryScene {
     /// The top-level structures. If something moves, there are two, one for the current and one for the previous frame,
     /// which exchange these roles in each new frame. Otherwise there is one.
@@ -17,7 +17,8 @@ pub struct RayQueryScene {
     current: AtomicUsize,
     /// The bottom-level structure of each mesh; `None` for a mesh without triangles.
     meshes: Vec<Option<AccelerationStructure>>,
-    /// For each instance, the index of its mesh in `meshes`.
+    /// For each instance, the index of its mesh in `meshes`, by which a rebuilt top-level structure refers to the meshes
+    /// again.
     mesh_of: Vec<u32>,
 }
 
@@ -72,7 +73,8 @@ impl RayQueryScene {
         &self.tops[self.current.load(Ordering::Relaxed)]
     }
 
-    /// The top-level structure over the instances of the previous frame; that of the current frame if nothing moves.
+    /// The top-level structure over the instances of the previous frame, in which shaders test visibility as it was then. If
+    /// nothing moves, it is that of the current frame.
     pub fn previous_top(&self) -> &AccelerationStructure {
         let previous = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         &self.tops[previous]

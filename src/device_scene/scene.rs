@@ -27,7 +27,8 @@ use glam::DVec3;
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::Arc;
 
-/// A scene on the device: its buffers, its texture images and, for ray queries, its acceleration structures.
+/// A scene on the device: its buffers, its texture images and, for ray queries, its acceleration structures. Passes bind
+/// these to trace rays, to shade surfaces and to draw lights.
 pub struct GpuScene {
     /// The variant in which shaders are compiled for the scene: how they trace rays, and how they read buffers and textures.
     pub variant: Variant,
@@ -37,7 +38,8 @@ pub struct GpuScene {
     /// The features of shading that the scene needs, such as textures or alpha. Shaders leave out the code of other
     /// features.
     pub requirements: Requirements,
-    /// The number of elements of each kind that the scene has on the device, such as triangles, materials and lights.
+    /// The number of elements of each kind that the scene has on the device, such as triangles, materials and lights. Among
+    /// lights of all kinds, those with an index below the number of emissive triangles are such triangles.
     pub counts: ElementCounts,
     /// The size, in entries, of the stack with which a compute shader traverses the trees. It is a multiple of 8, so that
     /// scenes with similar trees share compiled shaders.
@@ -47,12 +49,13 @@ pub struct GpuScene {
     images: Vec<SampledImage>,
     ray_query: Option<RayQueryScene>,
     moving: Option<MovingScene>,
-    /// The lights at time 0, in the device's units.
+    /// The lights at time 0, in the device's units, for which the light BVH is built.
     first_lights: Lights,
     /// For each emissive triangle, the index of the first emissive triangle of its group. A group is the triangles of an
-    /// instance that are connected by common corners.
+    /// instance that are connected by common corners; the light BVH treats it as one light where it can.
     pub light_groups: Vec<u32>,
-    /// For each traced instance (after static meshes are merged), the number of triangles in its mesh.
+    /// For each traced instance (after static meshes are merged), the number of triangles in its mesh. Random points on the
+    /// surfaces are drawn with it.
     triangle_counts: Vec<u32>,
 }
 
@@ -213,9 +216,9 @@ impl GpuScene {
         }
     }
 
-    /// The lights as they are in the current pose, and the time of this pose in seconds. `known` is the time of the lights
-    /// that the caller has already. Returns `None` if it is the time of the pose, or if no instance and no light changes
-    /// with time.
+    /// The lights as they are in the current pose, and the time of this pose in seconds, so that the caller can update data
+    /// that depend on lights. `known` is the time of the lights that the caller has already. Returns `None` if it is the
+    /// time of the pose, or if no instance and no light changes with time.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -226,7 +229,8 @@ impl GpuScene {
         }
     }
 
-    /// The lights as they are at time 0, in the device's units.
+    /// The lights as they are at time 0, in the device's units. The light BVH is built for them; later, only its boxes and
+    /// powers change.
     pub fn first_lights(&self) -> &Lights {
         &self.first_lights
     }
@@ -256,8 +260,8 @@ impl GpuScene {
         self.moving.is_some()
     }
 
-    /// The index, in the buffer `nodes`, of the root of the tree over the instances of the previous frame; 0 if nothing
-    /// moves.
+    /// The index, in the buffer `nodes`, of the root of the tree over the instances of the previous frame, at which rays
+    /// through the scene of that frame begin. It is 0, the root of the current frame's tree, if nothing moves.
     pub fn previous_root(&self) -> u32 {
         self.moving.as_ref().map_or(0, |moving| moving.room as u32)
     }

@@ -58,10 +58,12 @@ const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device"
 
 /// Selects the shader variant for a scene on a device.
 ///
-/// Without requests, these rules hold. A CPU device traces in compute, because its ray queries are much slower. Buffers are
-/// accessed by address if the device allows it, because the size of a bound buffer is limited. Drivers on which addresses
-/// were measured to be slow (by the processor time of path tracing `cornell-glossy` and `night-city`) are an exception: they
-/// use bindings, if these can hold each buffer of the scene.
+/// Without requests, these rules hold. Rays are traced by ray queries if the device has them, but a CPU device traces in
+/// compute, because its ray queries are much slower. Buffers are accessed by address if the device allows it, because the
+/// size of a bound buffer is limited. Drivers on which addresses were measured to be slow (by the processor time of path
+/// tracing `cornell-glossy` and `night-city`) are an exception: they use bindings, if these can hold each buffer of the
+/// scene. Where buffers are accessed by address, textures are read from images if the device can sample all of them. A CPU
+/// device reads them from a buffer, which is faster there, unless the texels are too large for one buffer.
 ///
 /// # Errors
 /// A request cannot be met: ray queries or buffer addresses on a device without them, storage buffers for a scene that is

@@ -12,11 +12,12 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The SPIR-V of every pass in every variant: pairs of the key that names pass and variant ([`Variant::key`]), and the bytes
-/// of the module.
+/// of the module. It is compiled when the program is built, so that a run needs neither a compiler nor other files.
 const EMBEDDED: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// The GLSL sources embedded in the program: pairs of the path in the folder `glsl` and the text. The declarations that are
-/// generated from Rust are not in this list.
+/// The GLSL sources embedded in the program: pairs of the path in the folder `glsl` and the text. Tests compile shaders from
+/// them, and a user's edited copies are compared with them. The declarations that are generated from Rust are not in this
+/// list.
 const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
 /// The SPIR-V words of the pass `name` in a variant. Usually they are taken from the program, in which all passes are
@@ -61,8 +62,8 @@ fn compile(file: &str, sources: &Sources, variant: Variant, debug: Debug) -> Res
         .map_err(|e| Error::input(e.replace('\n', "; ")))
 }
 
-/// The paths of the GLSL files that passes compiled by [`spirv`] have included so far in this process. The set stays locked
-/// while the result exists.
+/// The paths of the GLSL files that passes compiled by [`spirv`] have included so far in this process. By them,
+/// [`changes_without_effect`] finds edited files that no pass uses. The set stays locked while the result exists.
 fn used_files() -> MutexGuard<'static, BTreeSet<String>> {
     static USED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     USED.lock().unwrap_or_else(PoisonError::into_inner)

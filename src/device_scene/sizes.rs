@@ -1,5 +1,5 @@
 //! The sizes in bytes of a scene's buffers and images, which are known before any tree is built, and the comparison of these
-//! sizes with the limits of a device.
+//! sizes with the limits of a device. So a scene that is too large is refused early, with a message that names the limit.
 
 use super::buffers::{BufferBytes, is_fetched};
 use super::images::ImageSizes;
@@ -13,24 +13,26 @@ use crate::shader_interface::{
 };
 use crate::{Error, Result};
 
-/// The maximum number of stored triangles. Shaders index the words of the buffer `positions` in 32 bits, and a triangle
-/// takes nine words.
+/// The maximum number of stored triangles; a scene with more is refused. Shaders index the words of the buffer `positions`
+/// in 32 bits, and a triangle takes nine words.
 const MAX_TRIANGLES: u64 = u32::MAX as u64 / 9;
 
-/// The maximum number of emissive triangles in the world. A reservoir stores the index of its light in 29 bits.
+/// The maximum number of emissive triangles in the world; a scene with more is refused. A reservoir stores the index of its
+/// light in 29 bits.
 const MAX_LIGHTS: u64 = LIGHT_MASK as u64 + 1;
 
-/// The host memory, in bytes, that an emissive triangle takes while a scene is uploaded. It consists of the triangle in
-/// object space and in world space, its data for shaders (twice: for time 0 and for the current pose), its column of the
-/// alias table, and eight numbers of 64 bits, such as powers.
+/// The host memory, in bytes, that an emissive triangle takes while a scene is uploaded. If all emissive triangles need more
+/// than is free, the scene is refused. The memory consists of the triangle in object space and in world space, its data for
+/// shaders (twice: for time 0 and for the current pose), its column of the alias table, and eight numbers of 64 bits, such
+/// as powers.
 const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
     + size_of::<LightTriangle>()
     + 2 * (size_of::<GpuLight>() + size_of::<GpuLightChoice>())
     + size_of::<AliasColumn>()
     + 8 * size_of::<f64>();
 
-/// The sizes that a scene will have on a device. [`SceneSizes::check`] compares them with the device's limits before
-/// anything is uploaded.
+/// The sizes that a scene will have on a device. The shader variant is chosen by them, and [`SceneSizes::check`] compares
+/// them with the device's limits before anything is uploaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneSizes {
     /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
@@ -56,8 +58,8 @@ impl SceneSizes {
         }
     }
 
-    /// The largest buffer among those for whose names `counts` returns true: its name, and its size in bytes. An empty name
-    /// and 0 if there is no such buffer.
+    /// The largest buffer among those for whose names `counts` returns true: its name, and its size in bytes. If it is
+    /// larger than a binding can be, buffers are accessed by address. An empty name and 0 if there is no such buffer.
     pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
         let counted = buffers.filter(|(name, _)| counts(name));

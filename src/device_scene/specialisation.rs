@@ -1,4 +1,5 @@
-//! The values of the specialisation constants that depend on the scene.
+//! The values of the specialisation constants that depend on the scene. By them, shaders leave out the code for features
+//! that the scene lacks, and run faster.
 
 use super::GpuScene;
 use crate::shader_interface::Specialisation;

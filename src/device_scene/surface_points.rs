@@ -1,4 +1,5 @@
-//! Random points on the surfaces of a scene, uniform by area.
+//! Random points on the surfaces of a scene, uniform by area. The light BVH chooses the scale of its boxes from such points,
+//! and the hash grid can fill its cells with reservoirs at them.
 
 use crate::base::random::Random;
 use crate::shader_interface::GpuInstance;
@@ -10,7 +11,7 @@ pub struct SurfacePoint {
     /// The position of the point in the device's world space.
     pub position: Vec3,
     /// The unit normal of the triangle on which the point lies, in the device's world space. It may be on either side of the
-    /// triangle.
+    /// triangle, so a caller that needs the lit side must try both.
     pub normal: Vec3,
 }
 

@@ -77,7 +77,8 @@ impl Units {
         }
     }
 
-    /// The largest distance from the origin along an axis, in scene units, that can be stored on the device.
+    /// The largest distance from the origin along an axis, in scene units, that can be stored on the device. A pose (state
+    /// of the scene at one time) that reaches further is refused.
     pub fn farthest(&self) -> f64 {
         2.0 * FARTHEST * self.length
     }
@@ -88,7 +89,8 @@ impl Units {
             * DAffine3::from_translation(-self.origin)
     }
 
-    /// The transform of points from the device's world space to the world, in scene units.
+    /// The transform of points from the device's world space to the world, in scene units; the inverse of
+    /// [`Units::to_device`].
     pub fn to_world(&self) -> DAffine3 {
         DAffine3::from_translation(self.origin) * DAffine3::from_scale(DVec3::splat(self.length))
     }

@@ -9,7 +9,8 @@ use ash::{khr, vk};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// A bottom-level or top-level acceleration structure, and the buffer that stores it.
+/// A bottom-level or top-level acceleration structure, and the buffer that stores it. Shaders trace ray queries in a
+/// top-level structure, which refers to bottom-level ones.
 pub struct AccelerationStructure {
     pub(super) raw: vk::AccelerationStructureKHR,
     buffer: Buffer,
@@ -31,7 +32,7 @@ pub struct BlasGeometry<'a> {
     pub opaque: bool,
 }
 
-/// One instance in a top-level structure: a mesh with a transform.
+/// One instance in a top-level structure: a mesh with a transform, and an index by which shaders recognise it in a hit.
 #[derive(Clone, Copy)]
 pub struct TlasInstance<'a> {
     /// Bottom-level structure of the instance's mesh.
@@ -80,7 +81,7 @@ impl AccelerationStructure {
     /// replace the instances by up to `capacity` other ones. Profilers, debuggers and messages show `name`.
     ///
     /// # Errors
-    /// There are more than 2²⁴ instances, or the errors of [`AccelerationStructure::bottom`].
+    /// There are more than 2²⁴ instances, or the device was opened without ray query.
     pub fn top(
         device: &Arc<Device>,
         name: &str,
@@ -98,14 +99,14 @@ impl AccelerationStructure {
     /// check that their number does not exceed the structure's capacity.
     ///
     /// # Errors
-    /// The errors of [`AccelerationStructure::top`].
+    /// There are more than 2²⁴ instances.
     pub fn rebuild_top(&self, instances: &[TlasInstance<'_>]) -> Result<()> {
         let buffer = instance_buffer(&self.buffer.device, self.buffer.name(), instances)?;
         self.fill(Build::over_instances(&buffer)?, instances.len() as u32)
     }
 
-    /// Size in bytes of the buffer that stores the structure. It does not include scratch memory, which exists only during a
-    /// build.
+    /// Size in bytes of the buffer that stores the structure, for reports of memory. It does not include scratch memory,
+    /// which exists only during a build.
     pub fn size(&self) -> u64 {
         self.buffer.size()
     }
@@ -181,7 +182,7 @@ impl AccelerationStructure {
 }
 
 /// The input of a build: the level of the structure (bottom or top), and the address of its triangles or instances on the
-/// device.
+/// device. The size of the structure is computed from it before the build.
 #[derive(Clone, Copy)]
 struct Build<'a> {
     kind: vk::AccelerationStructureTypeKHR,
@@ -214,7 +215,8 @@ impl Build<'_> {
             .geometries(geometries)
     }
 
-    /// Sizes in bytes of a structure of `count` triangles or instances, and of the scratch memory that its build needs.
+    /// Sizes in bytes of a structure of `count` triangles or instances, and of the scratch memory that its build needs. The
+    /// buffers for both are made with these sizes.
     fn sizes(
         &self,
         functions: &khr::acceleration_structure::Device,
@@ -236,7 +238,7 @@ impl Build<'_> {
 }
 
 /// Makes a buffer on the device with the instances in the layout that a build reads (`VkAccelerationStructureInstanceKHR`).
-/// `name` is that of the top-level structure.
+/// The top-level structure keeps nothing of it, so it is freed after the build. `name` is that of the structure.
 fn instance_buffer(
     device: &Arc<Device>,
     name: &str,

@@ -18,15 +18,16 @@ pub struct Usage {
     pub acceleration_input: bool,
     /// The buffer can store an acceleration structure.
     pub acceleration_storage: bool,
-    /// The buffer can be bound as a uniform buffer.
+    /// The buffer can be bound as a uniform buffer, for small data that all invocations share, such as constants of a pass.
     pub uniform: bool,
     /// Shaders can read the buffer as texels of four `uint`s. Its size is then limited to
     /// [`DeviceInfo::max_texel_bytes`](super::DeviceInfo::max_texel_bytes).
     pub texels: bool,
 }
 
-/// A buffer with a name, whose memory is freed when the value is dropped. On a device that only compiles
-/// ([`Features::compiles_only`](super::Features::compiles_only)), it has a size but no memory, and reads as zeros.
+/// A range of device memory with a name, which shaders read and write. The memory is freed when the value is dropped. On a
+/// device that only compiles ([`Features::compiles_only`](super::Features::compiles_only)), the buffer has a size but no
+/// memory, and reads as zeros.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
     /// The view through which shaders read the buffer as texels; null without [`Usage::texels`].
@@ -58,7 +59,7 @@ impl Buffer {
     /// Makes a buffer in device memory that is as large as `data`, copies `data` into it, and waits for the copy.
     ///
     /// # Errors
-    /// The errors of [`Buffer::new`].
+    /// `data` is larger than a limit of the device or its free memory.
     pub fn from_slice<T: bytemuck::Pod>(
         device: &Arc<Device>,
         name: &str,
@@ -173,7 +174,8 @@ impl Buffer {
         self.size
     }
 
-    /// True if shaders may read the buffer as texels ([`Usage::texels`]).
+    /// True if shaders may read the buffer as texels ([`Usage::texels`]). If false, a pass that would read it as texels
+    /// returns an error.
     pub fn is_texels(&self) -> bool {
         self.is_texels
     }
@@ -207,7 +209,7 @@ impl Buffer {
     /// upper 32 bits.
     ///
     /// # Errors
-    /// The errors of [`Self::address`].
+    /// The device was opened without buffer addresses.
     pub fn address_words(&self) -> Result<UVec2> {
         let address = self.address()?;
         Ok(UVec2::new(address as u32, (address >> 32) as u32))

@@ -1,4 +1,5 @@
-//! A command buffer that is recorded, submitted once, and waited for.
+//! A command buffer that is recorded, submitted once, and waited for. Copies, builds of acceleration structures, and passes
+//! are run in this way.
 
 use super::device::Device;
 use super::recorder::{MAX_TIMED_REGIONS, PassTime, Recorder, Submission};

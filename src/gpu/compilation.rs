@@ -9,7 +9,8 @@ use crate::{Error, Result};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{Builder, JoinHandle};
 
-/// The result of making a program (a compute pipeline with its layouts): the program, or the text of the error.
+/// The result of making a program (a compute pipeline with its layouts): the program, or the text of the error, which every
+/// later use of the program reports.
 type Made = std::result::Result<Program, String>;
 
 /// Stack size, in bytes, of each thread that makes a program. Drivers' compilers recurse deeply, so it is the usual size of

@@ -71,7 +71,7 @@ fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) ->
 }
 
 /// Ids of the function's variables that have no initialiser, and that are used only by loads and stores of the whole
-/// variable. [`Reached`] tracks the content of these variables only.
+/// variable. [`Reached`] tracks the content of these variables only, because other accesses may change a part of a variable.
 fn whole_variables(function: &Function) -> HashSet<Word> {
     let mut variables = HashSet::new();
     for instruction in instructions_of(function) {
@@ -87,11 +87,12 @@ fn whole_variables(function: &Function) -> HashSet<Word> {
 }
 
 /// What is known about a value or a variable of the shader: that it is one constant word in every invocation, or that it may
-/// vary.
+/// vary. A branch whose condition is a known word reaches only one of its targets.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
     /// The value is this 32-bit word in every invocation; booleans are 0 or 1.
     Word(u32),
+    /// The value may differ between invocations, or cannot be computed before the shader runs.
     Varies,
 }
 
@@ -105,10 +106,12 @@ fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     })
 }
 
-/// The blocks of one function that can be reached, and what is known about the values in them.
+/// The blocks of one function that can be reached, and what is known about the values in them. All other blocks of the
+/// function are emptied.
 struct Reached<'a> {
     constants: &'a HashMap<Word, u32>,
-    /// Ids of the values that instructions of the function compute, reached or not.
+    /// Ids of the values that instructions of the function compute, reached or not. Nothing is known about such a value
+    /// until its instruction is reached; other values that are not constants always vary.
     own: HashSet<Word>,
     /// Ids of the function's variables that are only loaded and stored as a whole, as [`whole_variables`] finds them.
     variables: HashSet<Word>,
@@ -117,7 +120,8 @@ struct Reached<'a> {
     known: HashMap<Word, Known>,
     /// Labels of the blocks that were reached.
     blocks: HashSet<Word>,
-    /// The edges of the control flow that were reached: pairs of the label of a block and the label of its successor.
+    /// The edges of the control flow that were reached: pairs of the label of a block and the label of its successor. A phi
+    /// takes only values that arrive over such edges.
     edges: HashSet<(Word, Word)>,
 }
 
@@ -378,7 +382,8 @@ fn is_structure(instruction: &Instruction) -> bool {
     )
 }
 
-/// Removes the functions that no entry point calls, directly or through other functions.
+/// Removes the functions that no entry point calls, directly or through other functions, so that the bindings that only they
+/// use are not needed either.
 fn remove_functions(module: &mut Module) {
     let by_id: HashMap<Word, &Function> = (module.functions.iter())
         .filter_map(|function| Some((id_of_function(function)?, function)))

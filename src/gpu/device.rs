@@ -20,16 +20,20 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// Enables acceleration structures and ray queries in compute shaders. It includes `buffer_addresses`.
+    /// Enables acceleration structures and ray queries in compute shaders, for the tracer `ray-query`. It includes
+    /// `buffer_addresses`, because structures are built from addresses.
     pub ray_query: bool,
-    /// Gives every buffer a device address, by which shaders access it without a binding.
+    /// Gives every buffer a device address, by which shaders access it without a binding, and so without the limits on the
+    /// size and the number of bound buffers.
     pub buffer_addresses: bool,
     /// Enables arrays of sampled images whose index may differ between the invocations of a subgroup (descriptor indexing).
+    /// Shaders that sample textures from images need it.
     pub image_arrays: bool,
     /// Enables presentation of pictures to a headless surface (a surface without a window), by which capture tools find
     /// frames. Submissions also mark the ends of frames, if the device has `VK_EXT_frame_boundary`.
     pub presentation: bool,
-    /// Records statistics of the driver's compiler about each pipeline ([`CompilerReport`](super::CompilerReport)).
+    /// Records statistics of the driver's compiler about each pipeline ([`CompilerReport`](super::CompilerReport)), which
+    /// profiles and `headwater statistics` show.
     pub executable_properties: bool,
     /// Makes a device that only compiles pipelines: buffers have no memory and read as zeros, and no command runs. So the
     /// compiler of a driver can be used on a machine without the driver's GPU. The driver itself need not support anything
@@ -74,7 +78,8 @@ pub struct Device {
 
 impl Device {
     /// From now on, runs each pass in a separate submission, and stores a hash of each buffer that the pass may write.
-    /// [`Records::take_outputs`] returns the hashes.
+    /// [`Records::take_outputs`] returns the hashes, which regression tests compare to find the first pass whose results
+    /// differ.
     ///
     /// # Errors
     /// The device was opened without [`Features::hashed_outputs`].
@@ -284,12 +289,13 @@ impl Device {
     }
 
     /// Messages of the validation layers since the Vulkan instance was made, the oldest first, about all devices of the
-    /// instance. Empty if the validation layers are not loaded.
+    /// instance. A test with a message fails. Empty if the validation layers are not loaded.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.validation_messages()
     }
 
-    /// Names of the tools that are active between Headwater and the device, such as capture layers; see [`Instance::tools`].
+    /// Names of the tools that are active between Headwater and the device, such as capture layers; empty if there are none.
+    /// A capture of frames (`--capture`) needs such a tool, or RenderDoc; see [`Instance::tools`].
     pub fn tools(&self) -> Vec<String> {
         self.instance.tools(&self.info)
     }
@@ -375,8 +381,8 @@ impl Device {
     }
 }
 
-/// A debug label around submissions. Dropping the value ends the label. Without debug utilities it is empty and has no
-/// effect.
+/// A debug label around submissions, by which capture tools and profilers show what belongs together. Dropping the value
+/// ends the label. Without debug utilities it is empty and has no effect.
 pub struct Label(Option<Arc<Device>>);
 
 impl Drop for Label {

@@ -3,7 +3,8 @@
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
-/// Size in bytes of a texel in a buffer that shaders read through a texel view: four `uint`s.
+/// Size in bytes of a texel in a buffer that shaders read through a texel view: four `uint`s. Sizes of buffers are rounded
+/// up to a multiple of it, so that the last words can be read as a texel.
 pub(super) const TEXEL_SIZE: u64 = 16;
 
 /// Drivers that need special treatment, such as access to the buffers of a scene by bindings instead of by address.
@@ -61,7 +62,7 @@ pub struct DeviceInfo {
     pub kind: &'static str,
     /// Name and version of the driver in one text, such as `llvmpipe Mesa 25.0.7`.
     pub driver: String,
-    /// Vulkan version of the device as `major.minor.patch`; it must be at least 1.2.
+    /// Vulkan version of the device as `major.minor.patch`. Headwater cannot use a device with a version below 1.2.
     pub vulkan: String,
     /// True if compute shaders can trace rays in acceleration structures by ray queries, as the tracer `ray-query` does.
     pub ray_query: bool,
@@ -74,33 +75,37 @@ pub struct DeviceInfo {
     /// True if the index into an array of sampled images may differ between the invocations of a subgroup (descriptor
     /// indexing). Shaders that sample textures from images need this.
     pub image_arrays: bool,
-    /// True if the device has swapchains (`VK_KHR_swapchain`). Presentation also needs headless surfaces of the instance,
-    /// see [`Instance::presents`](super::Instance::presents).
+    /// True if the device has swapchains (`VK_KHR_swapchain`), by which pictures are presented to capture tools.
+    /// Presentation also needs headless surfaces of the instance, see [`Instance::presents`](super::Instance::presents).
     pub presentation: bool,
     /// True if submissions can mark the end of a frame (`VK_EXT_frame_boundary`), by which capture tools find frames.
     pub frame_boundary: bool,
     /// True if the driver can report statistics of its compiler about a shader, such as registers
-    /// (`VK_KHR_pipeline_executable_properties`).
+    /// (`VK_KHR_pipeline_executable_properties`). `headwater statistics` needs such reports.
     pub executable_properties: bool,
-    /// Number of invocations in a subgroup; 0 if the device has no Vulkan 1.2.
+    /// Number of invocations in a subgroup, which `headwater info` shows; 0 if the device has no Vulkan 1.2.
     pub subgroup_size: u32,
     /// Length of a timestamp tick in nanoseconds. It is 0 if the compute queue has no timestamps; passes then have no times.
     pub timestamp_period: f32,
     /// The maximum size in bytes of a buffer that is bound as a storage buffer. Larger buffers can only be read by address
     /// or as texels.
     pub max_storage_buffer_range: u64,
-    /// The maximum number of storage buffers that one shader can bind.
+    /// The maximum number of storage buffers that one shader can bind. A pass whose shader binds more cannot be made.
     pub max_storage_buffers: u32,
-    /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels.
+    /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels. It limits the size of trees
+    /// and other data that are read so.
     pub max_texels: u32,
     /// The maximum number of images and buffers together that one pass can bind if it samples images. If a scene has too
     /// many images for this limit, all its textures are stored in one buffer instead of images.
     pub max_sampled_images: u32,
-    /// The maximum width and height of an image, in texels.
+    /// The maximum width and height of an image, in texels. If a texture is larger, all textures of the scene are stored in
+    /// one buffer instead of images, or refused if the user has requested images.
     pub max_image_side: u32,
-    /// The maximum size of one buffer in bytes: the maximum size of one memory allocation.
+    /// The maximum size of one buffer in bytes: the maximum size of one memory allocation. A scene that needs a larger
+    /// buffer is refused.
     pub max_buffer_size: u64,
-    /// Total size of the device-local memory in bytes, including memory that is in use.
+    /// Total size of the device-local memory in bytes, including memory that is in use. A scene or a picture that needs more
+    /// is refused.
     pub device_memory: u64,
     /// The total number of loop iterations after which the driver ends all loops of an invocation; `None` for a driver
     /// without such a limit. With a limit, a dispatch of the path tracer computes fewer samples, and each frame is checked
@@ -118,7 +123,8 @@ pub struct DeviceInfo {
 }
 
 impl DeviceInfo {
-    /// True if the device is a software driver that computes on the CPU.
+    /// True if the device is a software driver that computes on the CPU. On it, other shader variants and another order of
+    /// the workgroups are faster than on a GPU.
     pub fn is_cpu(&self) -> bool {
         self.kind == "cpu"
     }

@@ -1,5 +1,5 @@
-//! Commands on images: changes of the layout, and copies of whole rows from a buffer. The images have one level of detail
-//! and one layer.
+//! Commands on images: changes of the layout, and copies of whole rows from a buffer. With them, textures are uploaded, and
+//! pictures are presented to capture tools. The images have one level of detail and one layer.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
@@ -19,7 +19,8 @@ pub(super) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     layer_count: 1,
 };
 
-/// A range of whole rows of an image, which one command copies.
+/// A range of whole rows of an image, which one command copies. A large image is uploaded in several such ranges, so that
+/// staging memory stays small.
 pub(super) struct Rows {
     /// Width of the image, and so of each row, in pixels.
     pub(super) width: u32,

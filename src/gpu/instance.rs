@@ -35,7 +35,8 @@ pub struct Instance {
     entry: ash::Entry,
 }
 
-/// Functions of the extensions that make and query surfaces without a window (`VK_KHR_surface`, `VK_EXT_headless_surface`).
+/// Functions of the extensions that make and query surfaces without a window (`VK_KHR_surface`, `VK_EXT_headless_surface`),
+/// to which pictures are presented for capture tools.
 pub(super) struct Surfaces {
     pub(super) surface: khr::surface::Instance,
     pub(super) headless: ext::headless_surface::Instance,
@@ -138,8 +139,8 @@ impl Instance {
         }))
     }
 
-    /// Every physical device, in the driver's order. Devices that Headwater cannot use are included
-    /// ([`DeviceInfo::unusable`]).
+    /// Every physical device, in the driver's order, for the list of `headwater info` and the choice of one. Devices that
+    /// Headwater cannot use are included ([`DeviceInfo::unusable`]).
     ///
     /// # Errors
     /// The driver cannot list its devices.
@@ -231,22 +232,23 @@ impl Instance {
             })
     }
 
-    /// The messages of the validation layers since the instance was made, the oldest first.
-    /// [Allowed](super::messages::ALLOWED) messages, which are known to be harmless, are left out. Empty if the validation
-    /// layers are not loaded.
+    /// The messages of the validation layers since the instance was made, the oldest first; a command or a test with a
+    /// message fails. [Allowed](super::messages::ALLOWED) messages, which are known to be harmless, are left out. Empty if
+    /// the validation layers are not loaded.
     pub fn validation_messages(&self) -> Vec<String> {
         let debug = self.debug.as_ref();
         debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
-    /// True if pictures can be presented on the device: the instance was made with headless surfaces, and the device has
-    /// swapchains.
+    /// True if pictures can be presented on the device, by which capture tools find frames: the instance was made with
+    /// headless surfaces, and the device has swapchains.
     pub fn presents(&self, device: &DeviceInfo) -> bool {
         self.surfaces.is_some() && device.presentation
     }
 
-    /// Names of the tools that are active between Headwater and a device, such as the capture layer of GFXReconstruct. Each
-    /// tool reports its name itself. Validation layers are left out. Empty if Vulkan cannot list tools.
+    /// Names of the tools that are active between Headwater and a device, such as the capture layer of GFXReconstruct, by
+    /// which a capture is possible. Each tool reports its name itself. Validation layers are left out. Empty if there are no
+    /// tools, or if Vulkan cannot list them.
     pub fn tools(&self, device: &DeviceInfo) -> Vec<String> {
         let name = c"vkGetPhysicalDeviceToolPropertiesEXT";
         // SAFETY: a plain query; the function that it finds has this type.

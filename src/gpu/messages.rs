@@ -1,4 +1,5 @@
-//! Messages of the Vulkan validation layers, and the list of harmless messages that are ignored.
+//! Messages of the Vulkan validation layers, and the list of harmless messages that are ignored. Any other message shows a
+//! fault, and makes the command or the test fail.
 
 use crate::{Error, Result};
 use ash::{ext, vk};
@@ -38,8 +39,8 @@ pub(super) struct DebugUtils {
     log: Box<Log>,
 }
 
-/// The stored messages of the validation layers, the oldest first; at most [`MAX_MESSAGES`]. Any thread can add a message,
-/// so a mutex guards the list.
+/// The stored messages of the validation layers, the oldest first; at most [`MAX_MESSAGES`]. At the end of a command or a
+/// test, they are read and reported. Any thread can add a message, so a mutex guards the list.
 type Log = Mutex<Vec<String>>;
 
 impl DebugUtils {

@@ -1,4 +1,5 @@
-//! One compute pass: a shader, and the resources that are bound to it by name.
+//! Compute passes. A pass is a compute shader with the values of its specialisation constants. For each run, resources are
+//! bound to it by the names that the shader gives its bindings.
 
 use super::acceleration::AccelerationStructure;
 use super::buffer::Buffer;
@@ -11,8 +12,10 @@ use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A resource to bind to a shader. The variant states the kind of the resource, and for a buffer whether the shader may
-/// write it.
+/// A resource to bind to a shader for one run of a pass. The variant states the kind of the resource, and for a buffer
+/// whether the shader may write it. Both must agree with the declaration of the binding in the shader; otherwise
+/// [`Recording::pass`](super::Recording::pass) returns an error instead of recording commands that read or write wrong
+/// memory.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
     /// The shader only reads this buffer. The declaration in the shader decides how it reads: as a storage buffer, or as
@@ -33,8 +36,9 @@ pub enum Resource<'a> {
     AccelerationStructure(&'a AccelerationStructure),
 }
 
-/// The resources for a shader, each with the name of its binding. The macro [`bindings!`](crate::bindings) declares
-/// structures that implement this trait.
+/// The resources for one run of a pass, each with the name of a binding. [`Recording::pass`](super::Recording::pass) binds a
+/// resource to the binding of the same name in the shader. The macro [`bindings!`](crate::bindings) declares structures that
+/// implement this trait.
 pub trait Bindings<'a> {
     /// Pairs of binding name and resource that the shader must use. If the shader's code, before specialisation, uses no
     /// binding of one of these names, [`Recording::pass`](super::Recording::pass) returns an error.
@@ -42,16 +46,17 @@ pub trait Bindings<'a> {
 
     /// Pairs of binding name and resource that the shader may use: those of the groups `[offers …]` and of the optional
     /// buffers of [`bindings!`](crate::bindings). A resource is bound only if the specialised shader uses a binding of its
-    /// name.
+    /// name, so that one list can serve shaders with different settings. Without such groups and buffers, the list is empty.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
 }
 
-/// Declares a structure whose fields are the bindings of a pass. `read NAME`, `write NAME` and `uniform NAME` are buffers
-/// that the shader must use. `[offers NAME: GROUP]` is a reference to a `GROUP`. The group's method `resources` returns
-/// further resources with their names; those whose names the specialised shader uses are bound. `[optional read NAME]` is a
-/// buffer that may be `None` if the specialised shader does not use its binding.
+/// Declares a structure whose fields are the resources for one run of a pass
+/// ([`Recording::pass`](crate::gpu::Recording::pass)). `read NAME`, `write NAME` and `uniform NAME` are buffers that the
+/// shader must use. `[offers NAME: GROUP]` is a reference to a `GROUP`, whose method `resources` returns further resources
+/// with their names; those whose names the specialised shader uses are bound. `[optional read NAME]` is a buffer that may be
+/// `None` if the specialised shader does not use its binding.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -93,7 +98,8 @@ pub struct ComputePass {
     /// Names of the bindings that the shader's code uses before specialisation. If a required resource has another name,
     /// [`Recording::pass`](super::Recording::pass) returns an error.
     declared: Vec<String>,
-    /// Size of the push constants in bytes; 0 if the shader has none.
+    /// Size of the push constants in bytes; 0 if the shader has none. [`Recording::pass`](super::Recording::pass) returns an
+    /// error if it is given push constants of another size.
     pub(super) push_constant_size: u32,
     name: String,
     /// Number of images that must be bound to the shader's array of images; 0 for a shader without one.
@@ -119,11 +125,13 @@ impl ComputePass {
         Self::with_images(device, name, words, constants, 0)
     }
 
-    /// Does the same as [`Self::new`], for a shader that may have an array of images. `image_count` is the number of images
-    /// that must be bound to the array; it is 0 for a shader without an array.
+    /// Starts to compile `words`, a SPIR-V shader that may have an array of sampled images, in a background thread.
+    /// `image_count` is the number of images that must be bound to the array at each run; it is 0 for a shader without an
+    /// array. The other arguments have the same meaning as in [`Self::new`].
     ///
     /// # Errors
-    /// The errors of [`Self::new`].
+    /// `words` are not SPIR-V, `constants` has two values for one id, or a binding of the shader has no name or no number in
+    /// descriptor set 0.
     pub fn with_images(
         device: &Arc<Device>,
         name: &str,

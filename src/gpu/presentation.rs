@@ -11,14 +11,15 @@ use ash::vk::ImageLayout;
 use std::sync::Arc;
 
 /// The formats that presented pictures can have, the preferred one first. The flag is true if the first byte of a pixel in
-/// memory is blue, and false if it is red.
+/// memory is blue, and false if it is red. If the surface offers none of these formats, [`Presentation::new`] returns an
+/// error.
 const FORMATS: [(vk::Format, bool); 2] = [
     (vk::Format::R8G8B8A8_UNORM, false),
     (vk::Format::B8G8R8A8_UNORM, true),
 ];
 
 /// A swapchain on a headless surface, which has no window. Capture tools such as GFXReconstruct see each presented picture
-/// as the end of a frame.
+/// as the end of a frame, so that they can record chosen frames of a render.
 pub struct Presentation {
     device: Arc<Device>,
     surface: vk::SurfaceKHR,
@@ -137,8 +138,8 @@ impl Presentation {
         Ok(made)
     }
 
-    /// True if the least significant byte of a presented 32-bit pixel is blue; otherwise it is red. The caller must pack the
-    /// pixels for [`Self::present`] accordingly.
+    /// True if the least significant byte of a presented 32-bit pixel is blue; if false, it is red. The pixels for
+    /// [`Self::present`] must be packed in this order, or red and blue are exchanged.
     pub fn begins_with_blue(&self) -> bool {
         self.begins_with_blue
     }

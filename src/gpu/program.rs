@@ -1,4 +1,5 @@
-//! The program of a pass on the device: a pipeline with its layouts and bindings.
+//! Programs. A program is what the device needs to run a pass: the compute pipeline that was made from its specialised
+//! shader, the layouts of the pipeline, and the list of the bindings that the shader uses.
 
 use super::dead_code::remove_dead_code;
 use super::device::Device;
@@ -29,7 +30,8 @@ pub(super) struct Source {
     pub image_count: u32,
 }
 
-/// A compute pipeline with its layouts, made from a shader that was specialised and freed from dead code.
+/// A compute pipeline with its layouts, made from a shader that was specialised and freed from dead code. Each run of the
+/// pass binds resources according to the layouts, and dispatches the pipeline.
 pub(super) struct Program {
     device: Arc<Device>,
     /// The bindings that the shader still uses after specialisation and removal of dead code, sorted by binding number.
@@ -176,8 +178,8 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
     }
 }
 
-/// Returns an error if `bindings` has more storage buffers than the device allows for one shader. `name` is the name of the
-/// pass, for the message.
+/// Returns an error if `bindings` has more storage buffers than the device allows for one shader, because some drivers crash
+/// beyond this limit. `name` is the name of the pass, for the message.
 fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> {
     let storage = bindings
         .iter()
@@ -192,7 +194,7 @@ fn check_limit(device: &Device, name: &str, bindings: &[Binding]) -> Result<()> 
     Ok(())
 }
 
-/// The report of the driver's compiler about a pipeline. `None` if the device was opened without
+/// The report of the driver's compiler about a pipeline, which profiles show. `None` if the device was opened without
 /// [`Features::executable_properties`](super::Features::executable_properties), which such reports need, or if the driver
 /// fails to report.
 fn report(device: &Device, pipeline: vk::Pipeline) -> Option<CompilerReport> {

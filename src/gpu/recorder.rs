@@ -100,7 +100,8 @@ impl Recorder {
     }
 }
 
-/// Time that one run of a pass took on the device, or the sum of the times of several runs ([`PassTime::by_name`]).
+/// Time that one run of a pass took on the device, or the sum of the times of several runs ([`PassTime::by_name`]). Profiles
+/// and the reports of renders show these times.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct PassTime {
     /// Name of the pass or of another timed region, such as `present`.
@@ -108,11 +109,11 @@ pub struct PassTime {
     /// Time on the device from the start to the end of the run, in milliseconds. In a sum, it is the total of all runs.
     pub milliseconds: f64,
     /// Time from the first timestamp of the submission (the commands that were submitted together) to the start of the run,
-    /// in milliseconds. In a sum, it is the start of the first run.
+    /// in milliseconds. Traces of a profile place the run on a time line by it. In a sum, it is the start of the first run.
     #[serde(skip)]
     pub start: f64,
     /// True if this is the first run of the pass. In a sum, it is true if one of the runs is the first. Some drivers compile
-    /// a pass only at its first run, so the time can contain the compilation.
+    /// a pass only at its first run, so the time can contain the compilation, and reports list it separately.
     #[serde(skip)]
     pub first_run: bool,
 }
@@ -140,8 +141,8 @@ impl PassTime {
     }
 }
 
-/// Commands that were submitted and that nothing has waited for yet. The resources that they use must stay alive until the
-/// commands have finished.
+/// Commands that were submitted and that nothing has waited for yet, with what the wait for them needs. The resources that
+/// they use must stay alive until the commands have finished.
 pub(super) struct Submission {
     pub(super) recorder: Recorder,
     /// Descriptor pools of the commands, one per pass, destroyed after the wait.

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// The size (columns, rows, 1) of a dispatch with at least `groups` workgroups. Rows are needed because a device must
 /// support only 65,535 workgroups in one dimension. The dispatch can have more workgroups than `groups`; shaders must return
-/// early in the excess ones.
+/// early in the excess ones. If `groups` is 0, the dispatch has one workgroup.
 pub fn in_rows(groups: u32) -> [u32; 3] {
     let rows = groups.div_ceil(32768).max(1);
     [groups.div_ceil(rows).max(1), rows, 1]
@@ -191,8 +191,8 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// Reads back each buffer that a pass may write, and stores a hash of its content in the records of the device. The commands
-/// of the pass must have finished.
+/// Reads back each buffer that a pass may write, and stores a hash of its content in the records of the device, where
+/// regression tests find it. The commands of the pass must have finished.
 fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>]) -> Result<()> {
     for resource in resources {
         let Resource::Write(buffer) = resource else {
@@ -322,8 +322,8 @@ mod tests {
     use super::*;
     use crate::gpu::{DeviceInfo, Features, Instance, InstanceOptions, Usage};
 
-    /// If the barrier between two writes is missing, synchronization validation reports it, and the message reaches the
-    /// test.
+    /// Leaves out the barrier between two writes, and checks that synchronization validation reports the hazard to the test.
+    /// If the report were lost, a missing barrier would not fail any other test either.
     #[test]
     fn a_planted_hazard_is_caught() {
         let instance = Instance::new(InstanceOptions {

@@ -17,11 +17,12 @@ pub struct Output {
     pub hash: String,
 }
 
-/// The buffers and images that exist now. The key is a name; the value is the number of buffers with this name, and the sum
-/// of their sizes in bytes. All images together have the name `images`.
+/// The buffers and images that exist now, by which profiles show what occupies memory. The key is a name; the value is the
+/// number of buffers with this name, and the sum of their sizes in bytes. All images together have the name `images`.
 pub type MemoryUse = BTreeMap<String, (u32, u64)>;
 
-/// The driver's result for one pipeline: the time to make it, and the report of the driver's compiler.
+/// The driver's result for one pipeline: the time to make it, and the report of the driver's compiler. Profiles show both,
+/// so that an expensive shader can be found.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     /// Name of the pass for which the pipeline was made.
@@ -44,8 +45,8 @@ pub struct CompilerReport {
     pub statistics: Vec<(String, String)>,
 }
 
-/// The records of the work on a device since it was opened. They are only for information: if a thread panics while it
-/// changes one of the lists, the list is no longer changed and reads as empty.
+/// The records of the work on a device since it was opened. Profiles and regression tests read them. Rendering does not
+/// depend on them: if a thread panics while it changes one of the lists, the list is no longer changed and reads as empty.
 #[derive(Default)]
 pub struct Records {
     /// Total size in bytes of the SPIR-V of all pipelines made so far; see [`Records::shader_bytes`].
@@ -67,7 +68,8 @@ impl Records {
 
     /// The total time on the host of all recordings that [`Recording::finish`](super::Recording::finish) submitted. The time
     /// of each is measured from the call that submitted it to the end of the wait for it. Recordings of
-    /// [`Recording::submit`](super::Recording::submit) are not contained.
+    /// [`Recording::submit`](super::Recording::submit) are not contained. A profile with one frame in flight measures a
+    /// frame as the difference of the values after and before it.
     pub fn submitted_time(&self) -> Duration {
         Duration::from_nanos(self.submitted.load(Ordering::Relaxed))
     }

@@ -1,5 +1,5 @@
 //! The interface of a compiled shader, read from its SPIR-V: bindings by name, push constants, specialisation constants, and
-//! the layout of structures.
+//! the layout of structures. Pipelines are made from it, and tests compare it with the declarations in Rust.
 
 use crate::shader_interface::declare::StructLayout;
 use crate::{Error, Result};
@@ -28,7 +28,7 @@ pub enum BindingKind {
     AccelerationStructure,
 }
 
-/// One binding of a shader in descriptor set 0.
+/// One binding of a shader in descriptor set 0, to which one resource must be bound before the shader runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binding {
     /// GLSL instance name of the block or variable, by which resources are bound.
@@ -39,7 +39,8 @@ pub struct Binding {
     pub kind: BindingKind,
 }
 
-/// The resources that a shader needs: its bindings and its push constants.
+/// The bindings of a shader and the size of its push constants. The layout of its pipeline is made from them, and the
+/// resources that are given for a run are checked against them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Interface {
     /// The bindings that the shader's code uses, sorted by binding number.
@@ -48,7 +49,8 @@ pub struct Interface {
     pub push_constant_size: u32,
 }
 
-/// A specialisation constant as a shader declares it. A test compares it with the declaration in Rust.
+/// A specialisation constant as a shader declares it. A test compares its name, type, id and default with the declaration in
+/// Rust, because a value that Rust sets reaches the shader by the id alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeclaredConstant {
     /// GLSL name of the constant; empty if the SPIR-V has no name for it.
@@ -59,11 +61,12 @@ pub struct DeclaredConstant {
     pub id: u32,
     /// Default value as a 32-bit word; a `bool` is 0 or 1.
     pub word: u32,
-    /// True if the shader's code, another constant or the length of an array uses the constant.
+    /// True if the shader's code, another constant or the length of an array uses the constant. A test fails if Rust
+    /// declares a constant that no shader uses.
     pub is_used: bool,
 }
 
-/// A parsed SPIR-V shader, from which its interface can be read.
+/// A parsed SPIR-V shader with the names of its ids, from which its interface can be read.
 pub struct Reflection {
     module: Module,
     names: HashMap<u32, String>,
@@ -184,9 +187,9 @@ impl Reflection {
         Ok(interface)
     }
 
-    /// Compares the structures that Rust and the shader share: number, names and offsets of the members, and strides of
-    /// arrays of the structure. `layouts` has the layouts in Rust; those that the shader does not use in buffers are
-    /// skipped. Returns the names of the compared structures, in the order of `layouts`.
+    /// Compares the structures that Rust and the shader share, because Rust writes them to buffers as bytes: number, names
+    /// and offsets of the members, and strides of arrays of the structure. `layouts` has the layouts in Rust; those that the
+    /// shader does not use in buffers are skipped. Returns the names of the compared structures, in the order of `layouts`.
     ///
     /// # Errors
     /// A structure differs; the error describes the first difference.

@@ -1,4 +1,5 @@
-//! Images with four bytes per texel, from which shaders fetch texels.
+//! Images with four bytes per texel, which hold the textures of a scene on the device. Shaders fetch single texels from
+//! them.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
@@ -23,8 +24,8 @@ const PIECE: usize = 64 << 20;
 /// may have thousands.
 const MEMORY_NAME: &str = "images";
 
-/// A 2D image that shaders sample, in the layout `GENERAL`. Dropping it frees its memory. On a device that only compiles
-/// ([`Features::compiles_only`](super::Features::compiles_only)) it has no memory.
+/// A 2D image, usually a texture of a scene, from which shaders fetch texels. Its layout is `GENERAL`. Dropping it frees its
+/// memory. On a device that only compiles ([`Features::compiles_only`](super::Features::compiles_only)) it has no memory.
 pub struct SampledImage {
     pub(super) view: vk::ImageView,
     raw: vk::Image,

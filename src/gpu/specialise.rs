@@ -69,7 +69,7 @@ pub fn specialise(module: &mut Module, constants: &[(u32, u32)]) {
 }
 
 /// The values of the module's scalar constants, by the SPIR-V ids of the constants. Each is a 32-bit word; a boolean is 0 or
-/// 1.
+/// 1. Removal of dead code computes from them which branches can be taken.
 pub(super) fn words_of_constants(module: &Module) -> HashMap<u32, u32> {
     let globals = module.types_global_values.iter();
     globals
@@ -85,8 +85,8 @@ pub(super) fn words_of_constants(module: &Module) -> HashMap<u32, u32> {
         .collect()
 }
 
-/// The values of all operands as 32-bit words. `values` maps the SPIR-V ids of constants to their words; the result is
-/// `None` if an operand is not one of these ids.
+/// The values of all operands as 32-bit words, for [`fold`]. `values` maps the SPIR-V ids of constants to their words; the
+/// result is `None` if an operand is not one of these ids.
 fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>> {
     let words = operands.iter().map(|operand| match operand {
         Operand::IdRef(id) => values.get(id).copied(),
@@ -140,8 +140,8 @@ mod tests {
             results.at[5] = COUNT / 2u;
         }";
 
-    /// The values that the shader stores to `results`, in order, after specialisation with `constants`; `None` for a value
-    /// that is not a constant.
+    /// The values that the test shader stores to `results`, in order, after specialisation with `constants`; `None` for a
+    /// value that is not a constant, because the driver must still compute it.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
         let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
         let mut module = parse(&words).unwrap();

@@ -14,7 +14,8 @@ use std::path::Path;
 /// Name of the attribute in the EXR header that holds the metadata of the picture, as one JSON object.
 const METADATA: &str = "headwater";
 
-/// The maximum number of pixels (width × height) of a picture that is read. A file whose header states more is refused.
+/// The maximum number of pixels (width × height) of a picture that is read. A file whose header states more is refused,
+/// because its picture would need many gigabytes of memory.
 const MAX_PIXELS: usize = 1 << 30;
 
 /// Upper bound on the compression ratio of an EXR file: the number of uncompressed bytes per byte of the file. If a file

@@ -5,9 +5,11 @@ use super::Image;
 use crate::{Error, Result};
 
 /// The colour of each pixel of an image, the name of the layer that it comes from, and whether it comes from a grey channel.
+/// `headwater compare` compares the colours, and prints a note about a layer or a grey channel, so that the user sees what
+/// was compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Colors {
-    /// Red, green and blue of each pixel, row by row from the top. Grey is repeated in all three.
+    /// Red, green and blue of each pixel, row by row from the top, in the unit of the file. Grey is repeated in all three.
     pub pixels: Vec<[f32; 3]>,
     /// The name of the layer that holds the channels, which is the part of their names before the last dot; `None` for
     /// channels `R`, `G`, `B` or `Y` without a layer.

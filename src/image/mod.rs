@@ -38,8 +38,8 @@ impl Samples {
     }
 }
 
-/// A picture of named channels, such as `R`, `stderr.G` or `instance.id`. The part of a name before the dot is the layer, a
-/// group of channels that belong together.
+/// A picture in memory, which is written to a file or was read from one. It has named channels, such as `R`, `stderr.G` or
+/// `instance.id`. The part of a name before the dot is the layer, a group of channels that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
     /// The width of the picture in pixels.
@@ -48,7 +48,9 @@ pub struct Image {
     pub height: u32,
     /// The channels by name; each has width × height values, row by row from the top.
     pub channels: BTreeMap<String, Samples>,
-    /// Metadata, such as `headwater.seed`, as pairs of key and text of the value. Only EXR files store it.
+    /// Metadata, such as `headwater.seed`, as pairs of key and text of the value. They state how the picture was rendered,
+    /// so that the computation of a reference can be resumed only with the same settings. Only EXR files store them; the map
+    /// is empty if a file has none.
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -131,7 +133,8 @@ impl Image {
     }
 
     /// The names of the channels that only one of the two pictures has, or whose values differ in any bit, in alphabetical
-    /// order. 0 differs from −0, and NaNs of equal bits do not differ.
+    /// order. 0 differs from −0, and NaNs of equal bits do not differ. The list is empty if the pictures are equal to the
+    /// last bit, as regression tests require.
     pub fn different_channels<'a>(&'a self, other: &'a Self) -> Vec<&'a str> {
         let names: BTreeSet<&String> = self.channels.keys().chain(other.channels.keys()).collect();
         let same = |name: &String| match (self.channels.get(name), other.channels.get(name)) {

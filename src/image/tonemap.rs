@@ -46,7 +46,8 @@ pub(super) fn from_srgb(value: f32) -> f32 {
     }
 }
 
-/// The 8-bit sRGB encoding of a linear value. Values outside of [0, 1] are clamped, and NaN becomes 0.
+/// The 8-bit sRGB encoding of a linear value, for PNG files and FLIP. Values outside of [0, 1] are clamped, and NaN becomes
+/// 0.
 pub(crate) fn to_srgb_byte(value: f32) -> u8 {
     (to_srgb(value.clamp(0.0, 1.0)) * 255.0).round() as u8
 }

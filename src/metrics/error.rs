@@ -1,8 +1,10 @@
-//! Error metrics between two pictures in linear RGB, and between their errors.
+//! Metrics of the error of a picture against a reference, both in linear RGB, and the correlation of the errors of two
+//! pictures.
 
 use super::statistics::median;
 
-/// Errors of a picture against a reference, over all pixels and the three channels.
+/// Errors of a picture against a reference, over all pixels and the three channels. `headwater compare` prints them, and
+/// studies list most of them for each frame.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
     /// Root of the mean squared difference of the values, in the unit of the pictures' radiance.
@@ -10,8 +12,9 @@ pub struct Errors {
     /// Root of the mean squared difference after both pictures are clamped to [0, 1], the range of a display. So its own
     /// range is also [0, 1].
     pub rmse_clamped: f64,
-    /// Mean of (a − b)² / (b² + 0.01), where a is the value of the picture and b that of the reference. Dark and bright
-    /// pixels have similar weights in it.
+    /// Mean of (a − b)² / (b² + 0.01), where a is the value of the picture and b that of the reference; it has no unit. Dark
+    /// and bright pixels have similar weights in it. The constant 0.01 keeps the quotient finite where the reference is
+    /// black.
     pub relmse: f64,
     /// The mean of all values of the picture divided by the mean of all values of the reference: 1 means equal brightness.
     /// It is 1 if both pictures are black, and infinite if only the reference is black.
@@ -19,7 +22,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Compares two pictures of the same size. Each slice has one linear RGB value per pixel, in the same order.
+    /// Computes the errors of `picture` against `reference`, which has the same size. Each slice has one linear RGB value
+    /// per pixel, in the same order.
     ///
     /// # Panics
     /// The slices differ in length.
@@ -51,8 +55,9 @@ impl Errors {
 }
 
 /// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. For successive frames of
-/// an animation it is the temporal correlation of their noise. `a` and `b` are each a pair of a picture and its reference.
-/// The result is 0 if one picture has the same error everywhere, because its correlation is then undefined.
+/// an animation it is the temporal correlation of their noise, which studies report: 1 means the same pattern of noise in
+/// both frames. `a` and `b` are each a pair of a picture and its reference. The result is 0 if one picture has the same
+/// error everywhere, because its correlation is then undefined.
 ///
 /// # Panics
 /// The four slices differ in length.

@@ -7,7 +7,8 @@ use nv_flip::FlipImageRgb8;
 /// display, seen from a distance of 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
-/// The result of a FLIP comparison of two pictures.
+/// The result of a FLIP comparison of two pictures: a number for tables and limits, and a picture that shows where they
+/// differ.
 pub struct Flip {
     /// The mean FLIP error over the pixels, in [0, 1]; 0 means equal pictures.
     pub mean: f64,

@@ -7,7 +7,8 @@ use statrs::statistics::{Data, OrderStatistics};
 /// quantiles z is about z²/4ν, which is less than 1e-5 for |z| < 6.
 const NORMAL_FROM: f64 = 1e6;
 
-/// The expected count below which a bin is pooled with others before a χ² test (Cochran 1954).
+/// The expected count below which a bin is pooled with others before a χ² test (Cochran 1954). With smaller counts, the
+/// statistic of the test does not follow the χ² distribution closely enough.
 const MIN_EXPECTED: f64 = 5.0;
 
 /// The largest product of the two sample sizes for which the Kolmogorov–Smirnov test is exact. The time of the exact test
@@ -25,7 +26,8 @@ pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).quantile(part)
 }
 
-/// A mean that was estimated from independent samples.
+/// A mean that was estimated from independent samples, such as the mean radiance of a picture from several renders, with the
+/// data that confidence intervals and significance tests need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The estimated mean, in the unit of the samples.
@@ -59,8 +61,9 @@ impl Estimate {
         self.standard_error * t_quantile(0.5 + 0.5 * confidence, self.samples as f64 - 1.0)
     }
 
-    /// [`Self::t_interval_half_width`] divided by the magnitude of the mean: the relative uncertainty of the estimate.
-    /// Infinite for a mean of 0. `confidence` is in (0, 1).
+    /// The relative uncertainty of the estimate: half the width of Student's confidence interval, as a fraction of the
+    /// magnitude of the mean. The interval covers the true mean with probability `confidence` in (0, 1). The result is
+    /// infinite for a mean of 0, and for fewer than two samples.
     pub fn relative_half_width(&self, confidence: f64) -> f64 {
         let half_width = self.t_interval_half_width(confidence);
         if self.mean == 0.0 {
@@ -122,7 +125,8 @@ fn t_quantile(probability: f64, degrees: f64) -> f64 {
     }
 }
 
-/// Probability that a variable with Student's t distribution of `degrees` degrees of freedom exceeds `t`.
+/// Probability that a variable with Student's t distribution of `degrees` degrees of freedom exceeds `t`: the one-sided
+/// p-value of the statistic `t`. NaN if `t` is NaN.
 pub(crate) fn t_tail(t: f64, degrees: f64) -> f64 {
     if t.is_nan() {
         return t;

@@ -13,6 +13,7 @@ use parameters::Values;
 pub use parameters::{Parameter, Range};
 
 /// A procedural scene that the command line can name: its description, its parameters and the function that generates it.
+/// `headwater scene list` prints them.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Procedural {
     /// The name of the scene on the command line.
@@ -43,8 +44,8 @@ pub fn find(name: &str) -> Result<&'static Procedural> {
     })
 }
 
-/// Checks `settings`, pairs of a parameter's name and the text of its value, for the scene with this name. The scene is not
-/// generated, which could take long.
+/// Checks `settings`, pairs of a parameter's name and the text of its value, for the scene with this name. A wrong setting
+/// is thus reported at once, without the generation of the scene, which could take long.
 ///
 /// # Errors
 /// No scene has this name, a name in `settings` is not one of its parameters, or a value is out of range.

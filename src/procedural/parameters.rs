@@ -6,7 +6,7 @@ use crate::{Error, Result};
 use serde::Serialize;
 use std::fmt;
 
-/// The set of values that a parameter of a scene accepts.
+/// The set of values that a parameter of a scene accepts. Another value is an error, whose message shows this set.
 #[derive(Clone, Copy, Debug)]
 pub enum Range {
     /// The value is a whole number between these two bounds, both included.
@@ -59,7 +59,8 @@ impl Range {
     }
 }
 
-/// The declaration of one parameter of a procedural scene.
+/// The declaration of one parameter of a procedural scene, by which values of the user are checked, and which `headwater
+/// scene list` shows.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Parameter {
     /// The name of the parameter on the command line.
@@ -72,8 +73,8 @@ pub struct Parameter {
     pub values: Range,
 }
 
-/// The values of all parameters of a scene, as pairs of name and text. Parameters that the user did not set have their
-/// defaults, and each value is within its range.
+/// The values of all parameters of a scene, as pairs of name and text, from which the scene is generated. Parameters that
+/// the user did not set have their defaults, and each value is within its range.
 pub(super) struct Values(Vec<(&'static str, String)>);
 
 impl Values {
@@ -109,12 +110,14 @@ impl Values {
         found.map_or("", |(_, value)| value)
     }
 
-    /// The value of the parameter `name` as a number. 0 if the scene does not declare the parameter.
+    /// The value of the parameter `name` as a number. 0 if the scene does not declare the parameter, or if its values are
+    /// words.
     pub(super) fn real(&self, name: &str) -> f32 {
         self.text(name).parse().unwrap_or(0.0)
     }
 
-    /// The value of the whole-number parameter `name`. 0 if the scene does not declare the parameter.
+    /// The value of the parameter `name` as a whole number. 0 if the scene does not declare the parameter, or if its value
+    /// is not a whole number.
     pub(super) fn whole(&self, name: &str) -> u64 {
         self.text(name).parse().unwrap_or(0)
     }

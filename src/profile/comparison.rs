@@ -4,8 +4,8 @@
 use super::{Circumstances, Profile, Spread, Subject, VERSION};
 use crate::{Error, Result};
 
-/// The limits up to which a profile may be worse than an earlier one. If a value exceeds its limit, `headwater profile
-/// --against` fails.
+/// The limits up to which a profile may be worse than an earlier one, so that noise of the measurement is not reported. If a
+/// value exceeds its limit, `headwater profile --against` fails.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// The largest allowed increase of the median time of the whole frame, and of the median time of each pass, as a
@@ -17,12 +17,12 @@ pub struct Limits {
 }
 
 /// A pass is not compared with the earlier profile if its median time is less than this fraction of the frame's median time.
-/// Such short times are mostly noise of the timer.
+/// Such short times are mostly noise of the timer, and hardly change the time of the frame.
 const SMALLEST_PASS: f64 = 0.02;
 
-/// Checks that the profile to be made can be compared with the profile `earlier`. It is called before anything is rendered.
-/// `ours` and `circumstances` describe the profile to be made; `earlier_name` is the file name of the earlier one, for the
-/// error message.
+/// Checks that the profile to be made can be compared with the profile `earlier`. It is called before anything is rendered,
+/// so that no time is lost with a wrong file. `ours` and `circumstances` describe the profile to be made; `earlier_name` is
+/// the file name of the earlier one, for the error message.
 ///
 /// # Errors
 /// The two profiles differ in the format version, in the number of frames in flight, or in a part of the subject other than
@@ -75,8 +75,8 @@ pub fn check_comparable(
 
 /// Compares the profile `now` with the profile `earlier`, and returns one sentence for each time or memory size that is
 /// worse than `limits` allow; the list is empty if none is. A median time that exceeds its limit is worse only if it also
-/// exceeds the earlier 95th percentile of this time. Passes that now take less than 2 % of the frame's time are not
-/// compared. Any other pass that the earlier profile does not list is worse.
+/// exceeds the earlier 95th percentile of this time, because smaller differences can be noise. Passes that now take less
+/// than 2 % of the frame's time are not compared. Any other pass that the earlier profile does not list is worse.
 pub fn slower(now: &Profile, earlier: &Profile, limits: Limits) -> Vec<String> {
     let mut found = Vec::new();
     // Beyond the limit, and beyond what the earlier frames themselves varied by.

@@ -8,13 +8,15 @@ use crate::render::Renderer;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// How many frames a profile renders, and how many of them can be in flight at once.
+/// The plan of a measurement, which [`measure()`] follows: how many frames a profile renders, and how many of them can be in
+/// flight at once.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     /// Number of frames that are rendered before the timed ones. During them, the shaders are compiled and the history (the
     /// data that a frame reuses of earlier frames) is filled, so that the timed frames do only the usual work of a frame.
     pub warm_up: u32,
-    /// Number of timed frames, which follow the warm-up. The medians and percentiles of the profile are computed from them.
+    /// Number of timed frames, at least 1, which follow the warm-up. The medians and percentiles of the profile are computed
+    /// from them. More frames: less noise in these values.
     pub frames: u32,
     /// The maximum number of frames that are submitted to the device but not finished, at least 1. With 1, the host waits
     /// for each frame before it submits the next one. With more, the device has no gaps between frames, but the time of a
@@ -22,15 +24,18 @@ pub struct Plan {
     pub in_flight: u32,
 }
 
-/// The times of one frame, on the host and on the device, and of its passes, in milliseconds.
+/// The times of one frame, on the host and on the device, and of its passes, in milliseconds. Profiles take their medians
+/// and percentiles from the timed frames, and traces show each frame on a timeline.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// Index of the frame: 0 is the first frame of the warm-up, and the timed frames continue the count.
+    /// Index of the frame: 0 is the first frame of the warm-up, and the timed frames continue the count. Traces show it as
+    /// the name of the frame.
     pub index: u32,
     /// Time by the clock of the host from the start of the first frame of the warm-up to the start of this frame, in
-    /// milliseconds.
+    /// milliseconds. It is the position of the frame on the timeline of a trace.
     pub start: f64,
-    /// Time by the clock of the host from the start of this frame to the start of the next one, in milliseconds.
+    /// Time by the clock of the host from the start of this frame to the start of the next one, in milliseconds. With
+    /// several frames in flight, it is the only time of a whole frame that is known.
     pub host: f64,
     /// Time by the clock of the host from the submission of the frame to the end of the wait for the device, in
     /// milliseconds. A frame with several submissions has the sum of their times. 0 with several frames in flight, because

@@ -17,7 +17,8 @@ use crate::metrics::statistics::{median, quantile};
 use crate::render::counters::Counts;
 use serde::{Deserialize, Serialize};
 
-/// Version of the JSON format of profiles, which is written into each file. Profiles of different versions are not compared.
+/// Version of the JSON format of profiles, which is written into each file. A profile of another version is not compared,
+/// because its values could mean something else.
 pub const VERSION: u32 = 1;
 
 /// What a profile measures: the scene, the device, and the frames that are rendered. Two profiles can be compared only if
@@ -27,9 +28,9 @@ pub struct Subject {
     /// BLAKE3 hash of the scene's contents, 64 hexadecimal digits. It shows whether two profiles have the same scene.
     pub scene: String,
     /// The settings of the renderer as a JSON object. A setting that was `auto` has the value that was chosen for this
-    /// scene.
+    /// scene. Profiles with different settings can be compared, to find out which settings are faster.
     pub settings: serde_json::Value,
-    /// Name of the device that renders, as the driver reports it.
+    /// Name of the device that renders, as the driver reports it. Times of different devices are not compared.
     pub device: String,
     /// Width of the picture in pixels.
     pub width: u32,
@@ -37,7 +38,8 @@ pub struct Subject {
     pub height: u32,
     /// The maximum number of scattering events of a path between emitter and camera; direct light has one.
     pub bounces: u32,
-    /// Seed of all random numbers. With the same seed, a frame does the same work in every run.
+    /// Seed of all random numbers. With the same seed, a frame does the same work in every run, so times differ only by
+    /// noise.
     pub seed: u32,
     /// Position, orientation and field of view of the camera as one text. Two profiles have the same camera if these texts
     /// are equal.
@@ -46,9 +48,9 @@ pub struct Subject {
     /// is `None` if all frames show the same time. The whole field is `None` if nothing in the scene moves.
     pub clock: Option<(f64, Option<f64>)>,
     /// Number of frames that are rendered before the timed ones. During them, the shaders are compiled and the history (the
-    /// data that a frame reuses of earlier frames) is filled.
+    /// data that a frame reuses of earlier frames) is filled, so that the timed frames do only the usual work of a frame.
     pub warm_up: u32,
-    /// Number of timed frames, from which the medians and percentiles are computed.
+    /// Number of timed frames, from which the medians and percentiles are computed. It may differ between compared profiles.
     pub frames: u32,
 }
 
@@ -72,7 +74,8 @@ pub struct Circumstances {
     pub in_flight: u32,
 }
 
-/// Median and 95th percentile of several times, in milliseconds. The times are those of the timed frames.
+/// Median and 95th percentile of several times, in milliseconds. The times are those of the timed frames: of whole frames,
+/// or of one pass in each of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Median of the times, in milliseconds; half of the times are not longer.
@@ -91,10 +94,11 @@ impl Spread {
     }
 }
 
-/// The measurements of one pass of a frame. A pass is a compute shader that runs one or more times in a frame.
+/// The measurements of one pass of a frame, which show what the pass costs and why. A pass is a compute shader that runs one
+/// or more times in a frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
-    /// Name of the pass, such as `initial_direct`.
+    /// Name of the pass, such as `initial_direct`. A pass of an earlier profile is found by this name.
     pub name: String,
     /// Number of runs of the pass in the last timed frame. With path tracing it is 1, because all runs of the pass in a
     /// frame are reported as one.
@@ -113,13 +117,14 @@ pub struct Pass {
     /// pass counts nothing.
     pub counts: Counts,
     /// Values that the driver's compiler reports about the pass, such as the number of registers, as pairs of a name and a
-    /// value. Empty if the driver reports none.
+    /// value. If the pass has several pipelines, the values of all of them follow each other. Empty if the driver reports
+    /// none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub statistics: Vec<(String, String)>,
 }
 
 /// An entry of the list of memory on the device: the memory that all buffers with one name use together, or the memory that
-/// all images use together.
+/// all images use together. The list shows what needs the memory; only the sum of all entries is compared between profiles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Name of the buffers, which is the same for all of them. It is `images` if this is the entry of all images.
@@ -130,15 +135,17 @@ pub struct Memory {
     pub bytes: u64,
 }
 
-/// A profile: the times, counts and memory of a sequence of frames, and a description of what was measured.
+/// A profile: the times, counts and memory of a sequence of frames, and a description of what was measured. It shows which
+/// passes are slow and why. It can also be compared with an earlier profile, to find out whether frames became slower.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
-    /// Version of the JSON format in which the profile was made. It is [`VERSION`] in new profiles, and can be lower in
-    /// profiles that were read from a file.
+    /// Version of the JSON format in which the profile was made. It is [`VERSION`] in new profiles, and can differ in
+    /// profiles that were read from a file; such a profile is not compared.
     pub version: u32,
     /// What was measured: scene, settings, device, picture and numbers of frames.
     pub subject: Subject,
-    /// The conditions of the run that are not part of the subject, such as driver and tracer.
+    /// The conditions of the run that are not part of the subject, such as driver and tracer. They can explain why two
+    /// profiles differ.
     pub circumstances: Circumstances,
     /// Time of a frame in milliseconds, from its submission to the end of the wait for the device: median and 95th
     /// percentile over the timed frames. Both are 0 with several frames in flight, because the host then does not wait for
@@ -157,7 +164,8 @@ pub struct Profile {
 impl Profile {
     /// Computes a profile from the times of the frames: `warm_up` has those of the warm-up, `timed` the others, both in the
     /// order of the frames. `counts` has the counts of each pass in the first timed frame, `compiled` the driver's results
-    /// for all pipelines, and `memory` the buffers and images that exist after the last frame.
+    /// for all pipelines, and `memory` the buffers and images that exist after the last frame. The warm-up is used only for
+    /// the first run of each pass.
     pub fn new(
         subject: Subject,
         circumstances: Circumstances,
@@ -219,8 +227,8 @@ impl Profile {
         }
     }
 
-    /// Median and 95th percentile of the time of a whole frame, in milliseconds: [`Profile::frame`], or with several frames
-    /// in flight [`Profile::host`].
+    /// Median and 95th percentile of the time of a whole frame, in milliseconds, with which two profiles are compared:
+    /// [`Profile::frame`], or with several frames in flight [`Profile::host`].
     pub fn whole(&self) -> Spread {
         match self.circumstances.in_flight {
             ..=1 => self.frame,
@@ -228,7 +236,8 @@ impl Profile {
         }
     }
 
-    /// Size of all buffers and images on the device together after the last frame, in bytes.
+    /// Size of all buffers and images on the device together after the last frame, in bytes. Two profiles are compared by
+    /// it.
     pub fn bytes(&self) -> u64 {
         self.memory.iter().map(|memory| memory.bytes).sum()
     }

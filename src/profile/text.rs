@@ -7,7 +7,7 @@ use crate::base::printable::printable;
 use crate::render::counters::Counts;
 use std::fmt::Write;
 
-/// `value` in millions, as text with three decimals: 1,500,000 is `1.500`.
+/// `value` in millions, as text with three decimals: 1,500,000 is `1.500`. Used for numbers of rays and of bytes.
 fn millions(value: u64) -> String {
     format!("{:.3}", value as f64 / 1e6)
 }
@@ -125,9 +125,9 @@ pub fn table(profile: &Profile) -> String {
     text
 }
 
-/// A table that compares two profiles, with one line for the frame and one for each pass. The columns are the median time in
-/// the earlier profile and now, in milliseconds, and the change in percent. A pass that only one of the profiles lists has
-/// dashes for the missing time and the change.
+/// A table that compares two profiles, with one line for the frame and one for each pass, so that a user sees which pass
+/// became slower. The columns are the median time in the earlier profile and now, in milliseconds, and the change in
+/// percent. A pass that only one of the profiles lists has dashes for the missing time and the change.
 pub fn difference(now: &Profile, earlier: &Profile) -> String {
     let mut text = format!(
         "{:24} {:>10} {:>10} {:>8}",

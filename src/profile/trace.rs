@@ -4,8 +4,8 @@
 use super::Frame;
 use serde_json::{Value, json};
 
-/// The number (`tid`) of the timeline's track with the frames on the host. `DEVICE` is the number of the track with the
-/// frames and the passes on the device.
+/// The number (`tid`) of the timeline's track with the frames on the host, by which viewers of traces group events. `DEVICE`
+/// is the number of the track with the frames and the passes on the device.
 const HOST: u32 = 1;
 const DEVICE: u32 = 2;
 

@@ -6,17 +6,20 @@ use crate::base::toml_text::TomlText;
 use serde::Deserialize;
 
 /// One test case: the frame, or the short sequence of frames, that the command `render` makes from given arguments.
+/// `headwater regress` renders it, and compares the result with the golden frame (the stored result of a trusted driver).
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// The name of the case. The names of its picture files consist of this name and an ending such as `.exr`.
+    /// The name of the case, by which its golden frame is found and `--only` selects cases. The names of its picture files
+    /// consist of this name and an ending such as `.exr`.
     pub name: String,
     /// The arguments of the command `render` that make the picture, separated by spaces. `--output` is missing, because each
     /// caller adds its own.
     pub arguments: String,
 }
 
-/// All cases of the file `cases.toml`, in the order in which they are listed and run.
+/// All cases of the file `cases.toml`, in the order in which they are listed and run. `headwater regress` renders them all,
+/// or those that `--only` selects.
 ///
 /// # Errors
 /// The text of `cases.toml`, which is compiled into the program, is not valid; a test excludes this.
@@ -36,8 +39,8 @@ mod tests {
     use crate::render::presets;
     use std::collections::BTreeSet;
 
-    /// Parts of command lines, such as `--preset fast`, each of which must occur in the arguments of at least one case. So
-    /// the regression tests use every choice that the renderer offers.
+    /// Parts of command lines, such as `--preset fast`, each of which must occur in the arguments of at least one case.
+    /// Otherwise a driver could fail with a choice of the renderer that no regression test uses.
     fn choices() -> Vec<String> {
         let presets = presets::PRESETS
             .iter()

@@ -15,13 +15,15 @@ use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-/// Version of the format of the file `golden.json`. A file with another version is refused.
+/// Version of the format of the file `golden.json`. A file with another version is refused, because its values could mean
+/// something else.
 const VERSION: u32 = 1;
-/// The name of the file that lists the golden frames in the folder of a driver.
+/// The name of the file that lists the golden frames in the folder of a driver. A folder without this file is not a set of
+/// golden frames.
 const LIST: &str = "golden.json";
 
-/// A hash of the contents of one buffer after one pass of one frame. The test compares the steps of a case with the golden
-/// ones; the first step that differs shows in which pass an error begins.
+/// A hash of the contents of one buffer after one pass of one frame. On the driver of the golden frames, the test compares
+/// the steps of a case with the golden ones; the first step that differs shows in which pass an error begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Step {
     /// The index of the frame in which the pass ran. The first frame of a case has the index 0.
@@ -47,8 +49,8 @@ impl Step {
     }
 }
 
-/// The golden frame of one case: the stored result of a trusted driver, with which other results are compared. The picture
-/// itself is in a separate file.
+/// The golden frame of one case: the stored result of a trusted driver, with which the results of later runs and of other
+/// drivers are compared. The picture itself is in a separate file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Golden {
     /// The arguments of the command `render` with which the golden frame was rendered. If the case has other arguments now,
@@ -56,23 +58,26 @@ pub struct Golden {
     pub arguments: String,
     /// The first 16 hexadecimal digits of the BLAKE3 hash of the picture's EXR file. They show whether the file is damaged.
     pub picture: String,
-    /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran.
+    /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran. They
+    /// are compared only if every bit must be equal, that is, on the same driver or with `--exact`.
     pub steps: Vec<Step>,
 }
 
-/// The set of golden frames that one driver rendered on one device. On disk, it is one folder.
+/// The set of golden frames that one driver rendered on one device, with which `headwater regress` compares the results of a
+/// driver. On disk, it is one folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Goldens {
     version: u32,
-    /// Name of the device that rendered the golden frames.
+    /// Name of the device that rendered the golden frames. It is only shown to the user; the folder of a set is found by its
+    /// name.
     pub device: String,
-    /// Name and version of the driver that rendered the golden frames.
+    /// Name and version of the driver that rendered the golden frames. It is only shown to the user.
     pub driver: String,
     /// The revision of Headwater that wrote the set: the first 12 hexadecimal digits of a git commit, then `+` if files had
     /// been changed. Empty for a build outside a checkout. If `--only` limited a run to some cases, the golden frames of
     /// other cases may come from an older revision.
     pub commit: String,
-    /// The golden frames. The keys are the names of their cases.
+    /// The golden frames. The keys are the names of their cases. A case that the driver could not render is missing.
     pub cases: BTreeMap<String, Golden>,
     #[serde(skip)]
     folder: PathBuf,
@@ -96,19 +101,23 @@ fn folder_name(device: &DeviceInfo) -> String {
     words.collect::<Vec<_>>().join("-")
 }
 
-/// A new set of golden frames, which the command `regress --bless` builds. When it is complete, it replaces the older set of
-/// the same driver. Until then it is only in memory, so that no file must be removed if the work ends early.
+/// A new set of golden frames, which the command `regress --bless` builds from the results of this driver, for later
+/// comparisons. When it is complete, it replaces the older set of the same driver. Until then it is only in memory, so that
+/// no file must be removed if the work ends early.
 pub struct Blessing {
     goldens: Goldens,
-    /// The pictures of the cases that were rendered for this set. The keys are the names of the cases.
+    /// The pictures of the cases that were rendered for this set, which are written to files at the end. The keys are the
+    /// names of the cases. Cases that were taken over from an older set have no entry; their picture files are copied.
     pictures: BTreeMap<String, Image>,
     /// The path of the folder of all golden frames, which contains one folder per driver.
     folder: PathBuf,
-    /// The paths on disk at which the set of this driver can be.
+    /// The paths on disk at which the set of this driver can be: the normal one, and the one for the older set while it is
+    /// replaced.
     locations: Locations,
 }
 
-/// The beginning of the name of a temporary folder. Such folders contain new sets of golden frames that are being written.
+/// The beginning of the name of a temporary folder. Such folders contain new sets of golden frames that are being written. A
+/// folder of a program that was killed is recognised by it and removed.
 const WORK: &str = ".golden-";
 
 impl Blessing {
@@ -219,7 +228,8 @@ impl Blessing {
     }
 }
 
-/// The two paths at which the set of golden frames of a driver can be: `target` is the normal one.
+/// The two paths at which the set of golden frames of a driver can be. `target` is the normal one. There is a second path so
+/// that a complete set exists at any time, even if the program is killed while it replaces a set.
 struct Locations {
     target: PathBuf,
     /// The path to which the older set is moved while a new set takes its place.
@@ -246,6 +256,7 @@ impl Locations {
 }
 
 /// Removes the temporary folders in `folder`, which were left by programs that were killed before their sets were complete.
+/// A folder that cannot be removed stays.
 fn remove_unfinished(folder: &Path) {
     let entries = folder.read_dir().into_iter().flatten().flatten();
     for entry in entries.filter(|e| e.file_name().to_string_lossy().starts_with(WORK)) {
@@ -259,9 +270,9 @@ fn picture(folder: &Path, name: &str) -> PathBuf {
 }
 
 impl Goldens {
-    /// The revision of Headwater that made the golden frames, if it differs from that of this program. A difference between
-    /// pictures may then come from a change of Headwater instead of the driver. `None` if both revisions are equal, or if
-    /// that of the golden frames is unknown.
+    /// The revision of Headwater that made the golden frames, if it differs from that of this program. The user is then told
+    /// that a difference between pictures may come from a change of Headwater instead of the driver. `None` if both
+    /// revisions are equal, or if that of the golden frames is unknown.
     pub fn other_revision(&self) -> Option<&str> {
         let made_by = Some(self.commit.as_str()).filter(|commit| !commit.is_empty())?;
         (made_by != env!("HEADWATER_COMMIT")).then_some(made_by)
@@ -269,7 +280,7 @@ impl Goldens {
 
     /// Reads the golden frames that belong to a device and its driver. If `folder` has none, it reads those of another
     /// driver: the folder whose name is first in alphabetical order. The returned flag is true if the golden frames belong
-    /// to this device and driver.
+    /// to this device and driver, so that every bit must be equal.
     ///
     /// # Errors
     /// There are no golden frames, or the list of those that were found cannot be read, is damaged or has another version.
@@ -326,8 +337,8 @@ impl Goldens {
         })
     }
 
-    /// The golden frame of a case and its picture. `None` if the set does not contain the case, for example because the
-    /// driver lacked a feature that the case needs.
+    /// The golden frame of a case and its picture, with which the result of a driver is compared. `None` if the set does not
+    /// contain the case, for example because the driver lacked a feature that the case needs.
     ///
     /// # Errors
     /// The picture is missing or damaged, or the golden frame was rendered with other arguments than the case has now.

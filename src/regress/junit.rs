@@ -1,4 +1,4 @@
-//! Results of regression tests as JUnit XML, a format that CI systems show.
+//! Results of regression tests as JUnit XML, a format that CI systems read and show.
 
 use super::verdict::Verdict;
 use crate::base::printable::printable;

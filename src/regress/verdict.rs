@@ -6,41 +6,45 @@ use crate::Result;
 use crate::image::Image;
 
 /// The result of rendering a case on the driver that is tested: the picture and the hashes that are compared with the golden
-/// frame.
+/// frame, the stored result of a trusted driver.
 pub struct Rendered {
     /// The picture of the case, rendered as in normal use: with whole frames, and not pass by pass as for the hashes.
     pub image: Image,
-    /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran.
+    /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran. They
+    /// show which pass first differs from the golden frame.
     pub steps: Vec<Step>,
 }
 
-/// The result of the test of one case. Each text is a message for the user.
+/// The result of the test of one case. If at least one case failed, `headwater regress` fails. Each text is a message for
+/// the user.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// The case agrees with its golden frame. The text says how much the pictures differ; it is empty if every bit is equal.
     Passed(String),
-    /// The case differs from its golden frame, or the driver failed. The text says why.
+    /// The case differs from its golden frame, has none on its own driver, or the driver failed. The text says why.
     Failed(String),
-    /// The case was not compared, for example because the device lacks a feature that the case needs. The text says why.
+    /// The case was not compared, for example because the device lacks a feature that the case needs. This is no failure,
+    /// unless all cases are skipped. The text says why.
     Skipped(String),
 }
 
 /// The tolerance for values of a channel in the pictures of two drivers: two values agree if their difference is at most
-/// this fraction of the larger one.
+/// this fraction of the larger one. It allows for rounding. A pixel disagrees if one of its channels does.
 const NEAR: f32 = 1e-3;
-/// The largest fraction of pixels in which the pictures of two drivers may disagree. Some pixels always disagree, because
-/// rounding can change a random decision, and a path then takes another direction.
+/// The largest fraction of pixels in which the pictures of two drivers may disagree; with more, the case fails. Some pixels
+/// always disagree, because rounding can change a random decision, and a path then takes another direction.
 const MAX_APART: f64 = 0.05;
 /// The largest allowed difference between the mean values of two drivers' pictures, as a multiple of the standard error of
-/// this difference. A larger difference means that a driver makes pictures brighter or darker; rounding does not do that.
+/// this difference. The case fails if the difference is larger and also exceeds [`ROUNDING`]: a driver then makes pictures
+/// brighter or darker, which rounding does not do.
 const MAX_DEVIATIONS: f64 = 4.0;
 /// A difference between the mean values of two drivers' pictures that is always accepted, even if it is many standard
-/// errors. It is a fraction of the mean of the golden picture.
+/// errors, because rounding alone can shift the mean this far. It is a fraction of the mean of the golden picture.
 const ROUNDING: f64 = 1e-4;
 
-/// The verdict on a case whose golden frame is from the same driver: every bit of the picture, and of the buffers that
-/// passes may write, must be equal. `picture` is the golden picture. The text of a failure names the first frame, pass and
-/// buffer that differ.
+/// The verdict on a case whose golden frame is from the same driver, or for which `regress --exact` was given: every bit of
+/// the picture, and of the buffers that passes may write, must be equal. `picture` is the golden picture. The text of a
+/// failure names the first frame, pass and buffer that differ.
 pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> Verdict {
     let pairs = rendered.steps.iter().zip(&golden.steps);
     if let Some((now, before)) = pairs.clone().find(|(now, before)| now != before) {

@@ -40,8 +40,8 @@ pub struct RendererBuilder<'a> {
 }
 
 impl Renderer {
-    /// Makes a builder of a renderer for `scene`, with default values. The device is not opened before
-    /// [`RendererBuilder::build`] is called.
+    /// Makes a builder of a renderer for `scene`, with default values, which the methods of the builder replace. The device
+    /// is not opened before [`RendererBuilder::build`] is called.
     pub fn builder(scene: &Scene) -> RendererBuilder<'_> {
         RendererBuilder::new(scene)
     }
@@ -73,14 +73,15 @@ impl<'a> RendererBuilder<'a> {
         Ok(self)
     }
 
-    /// Replaces all settings, also those of a preset, by `settings`.
+    /// Replaces all settings, also those of a preset, by `settings`. Without this call or [`Self::preset`], the settings are
+    /// those of the preset `balanced`.
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = Some(settings);
         self
     }
 
-    /// Sets the camera. Without this call, it is the first camera of the scene. If the scene has no camera, it is one that
-    /// shows the whole scene.
+    /// Sets the camera. Without this call, it is the first camera of the scene. If the scene has no camera either, it is one
+    /// that shows the whole scene.
     pub fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
         self
@@ -115,8 +116,9 @@ impl<'a> RendererBuilder<'a> {
         self
     }
 
-    /// Selects the Vulkan device: by its index in the list of `headwater info`, by its name or by a part of its name.
-    /// Without this call, the first device in this order is used: discrete GPUs, integrated GPUs, virtual GPUs, CPUs.
+    /// Selects the Vulkan device: by its index in the list of `headwater info`, by its name or by a part of its name. If the
+    /// name of several devices fits, it is the first of them that can be used. Without this call, or with an empty text, the
+    /// first device in this order is used: discrete GPUs, integrated GPUs, virtual GPUs, CPUs.
     pub fn device(mut self, device: &str) -> Self {
         self.device = Some(device.to_owned());
         self

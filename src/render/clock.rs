@@ -1,20 +1,23 @@
-//! The clock of an animation, which computes the time in the scene that each frame shows.
+//! The clock of an animation, which computes the time in the scene that each frame shows. Before a frame is rendered, the
+//! scene and its camera are moved to this time.
 
 use crate::scene::Scene;
 use crate::{Error, Result};
 
-/// A clock of an animation: it maps the index of a frame to the time in the scene that the frame shows.
+/// A clock of an animation: it maps the index of a frame to the time in the scene that the frame shows. The positions of all
+/// objects and of the camera in the frame follow from this time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
     /// The time in the scene that frame 0 shows, in seconds.
     pub start_time: f64,
-    /// The number of frames per second of scene time. `None`: the clock is stopped, and all frames show the start time.
+    /// The number of frames per second of scene time, which is positive. `None`: the clock is stopped, and all frames show
+    /// the start time.
     pub fps: Option<f64>,
 }
 
 impl Clock {
-    /// Checks that the start time and the number of frames per second can be used. The arguments are the names of these two
-    /// values for error messages, such as `--start-time` and `--fps`.
+    /// Checks that the start time and the number of frames per second can be used, before anything is rendered with them.
+    /// The arguments are the names of these two values for error messages, such as `--start-time` and `--fps`.
     ///
     /// # Errors
     /// The start time is not finite, or the number of frames per second is not positive and finite.
@@ -32,7 +35,8 @@ impl Clock {
         Ok(())
     }
 
-    /// The time in the scene, in seconds, that the frame with the index `frame` shows.
+    /// The time in the scene, in seconds, that the frame with the index `frame` shows. If the clock is stopped, it is the
+    /// start time.
     pub fn time(&self, frame: u32) -> f64 {
         match self.fps {
             Some(fps) => self.start_time + f64::from(frame) / fps,

@@ -1,5 +1,6 @@
-//! Counters of passes on the device. Faults, such as rejected values, are always counted. Rays, lanes of subgroups,
-//! neighbours and bytes are counted only on request, because this costs time.
+//! Counters of passes on the device. Faults, such as rejected values, are always counted, so that a wrong picture is
+//! noticed. Rays, lanes of subgroups, neighbours and bytes show what a pass costs; they are counted only on request, because
+//! this costs time.
 
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::shader_interface::Specialisation;
@@ -13,15 +14,17 @@ use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
 
-/// The counts of one pass in the period since the previous call of [`Counters::since_last`].
+/// The counts of one pass in the period since the previous call of [`Counters::since_last`]. Profiles and studies show them,
+/// to explain the time of the pass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// The name of the pass that was counted.
     pub pass: String,
-    /// The number of rays that the pass traced.
+    /// The number of rays that the pass traced, which decides most of the time of many passes.
     pub rays: u64,
     /// Two sums over all times at which a subgroup traced rays: first the number of lanes that traced a ray, then the number
-    /// of all lanes of the subgroup. The first divided by the second is the fraction of lanes in use.
+    /// of all lanes of the subgroup. The first divided by the second is the fraction of lanes in use; if it is low, the pass
+    /// wastes time.
     pub trace_lanes: [u64; 2],
     /// Two sums over all times at which a subgroup evaluated a target function to merge reservoirs: first the number of
     /// lanes that evaluated it, then the number of all lanes of the subgroup. The first divided by the second is the
@@ -32,7 +35,7 @@ pub struct Counts {
     /// reservoirs).
     pub neighbours: u64,
     /// The number of path vertices that have a world reservoir: a reservoir with a light sample that path vertices of the
-    /// next frame can reuse.
+    /// next frame can reuse. 0 without world reservoirs.
     #[serde(default)]
     pub vertices: u64,
     /// The number of cells of space that contain at least one path vertex with a world reservoir. A table of these cells
@@ -47,17 +50,17 @@ pub struct Counts {
     /// cell of the vertex, or another vertex took its place in the list of the cell. This gives more noise, but no bias.
     #[serde(default)]
     pub dropped: u64,
-    /// The number of the traced rays that hit a surface.
+    /// The number of the traced rays that hit a surface. Divided by `rays`, it is the fraction of hits.
     #[serde(default)]
     pub hits: u64,
     /// The number of bytes that the pass read from the buffers of frames: surfaces of pixels, reservoirs, pilots (the first
-    /// BSDF ray of each pixel), light lists, world reservoirs, radiance and its sums. Reads of the scene, and of the table
-    /// that finds world reservoirs, do not count.
+    /// BSDF ray of each pixel), light lists, world reservoirs (those of path vertices), radiance and its sums. Reads of the
+    /// scene, and of the table that finds world reservoirs, do not count.
     #[serde(default)]
     pub bytes_read: u64,
     /// The number of bytes that the pass wrote to the buffers of frames: surfaces of pixels, reservoirs, pilots (the first
-    /// BSDF ray of each pixel), light lists, world reservoirs, radiance and its sums. Writes to the table that finds world
-    /// reservoirs do not count.
+    /// BSDF ray of each pixel), light lists, world reservoirs (those of path vertices), radiance and its sums. Writes to the
+    /// table that finds world reservoirs do not count.
     #[serde(default)]
     pub bytes_written: u64,
 }
@@ -79,28 +82,31 @@ fn fraction([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 
-/// The sum of one counter over all passes, at most `u32::MAX`. `all` has the counters of all passes, one pass after the
-/// other, and `counter` is the index of the counter within each pass.
+/// The sum of one counter over all passes, at most `u32::MAX`, which tells whether any pass had faults. `all` has the
+/// counters of all passes, one pass after the other, and `counter` is the index of the counter within each pass.
 fn sum(all: &[u32], counter: u32) -> u32 {
     let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
     own.fold(0, |sum: u32, n| sum.saturating_add(*n))
 }
 
-/// The maximum number of passes that can have counters. Higher: more passes can be counted, in a larger buffer.
+/// The maximum number of passes that can have counters; making a further pass fails. Higher: more passes can be counted, in
+/// a larger buffer.
 const MAX_PASSES: usize = 32;
 /// The length of the buffer with the counters of all passes, in words of 32 bits.
 const LENGTH: usize = MAX_PASSES * COUNTERS as usize;
 
-/// The counters of all passes of an integrator (path tracing or reservoir resampling), in one buffer on the device.
+/// The counters of all passes of an integrator (path tracing or reservoir resampling), in one buffer on the device. Passes
+/// add to them while they run. The host then reads them, to detect faults and to explain the cost of passes.
 pub struct Counters {
     /// The buffer of counters on the device, which every pass binds. Each pass has one range of `COUNTERS` words in it.
     pub buffer: Buffer,
     device: Arc<Device>,
-    /// The names of the passes that have a range in the buffer, in the order of the ranges.
+    /// The names of the passes that have a range in the buffer, in the order of the ranges. A pass finds its range by its
+    /// name, and [`Counts`] are reported under it.
     passes: RefCell<Vec<String>>,
     counting: bool,
-    /// The values of all counters at the last call of [`Self::since_last`]. That call does not reset the counters, and they
-    /// may wrap around, so only differences between two readings are used.
+    /// The values of all counters at the last call of [`Self::since_last`], or 0 since [`Self::clear`]. Reading does not
+    /// reset the counters, and they may wrap around, so only differences between two readings are used.
     seen: Vec<u32>,
 }
 
@@ -121,7 +127,8 @@ impl Counters {
 
     /// Reserves a range of counters for the pass named `pass`; passes with the same name share one range. Returns a copy of
     /// the specialisation constants `specialisation`, with the index of the first counter of the range, and with the flag
-    /// that says whether the pass counts more than faults.
+    /// that says whether the pass counts more than faults. The pass must be made with these constants, so that its shader
+    /// counts in this range.
     ///
     /// # Errors
     /// All ranges of the buffer belong to other passes.
@@ -144,7 +151,8 @@ impl Counters {
         })
     }
 
-    /// Sets the counters of all passes to 0. The next call of [`Self::since_last`] returns the counts since then.
+    /// Sets the counters of all passes to 0, when a renderer is made or restarted. The next call of [`Self::since_last`]
+    /// returns the counts since then.
     pub fn clear(&mut self) -> Result<()> {
         self.seen = vec![0; LENGTH];
         let mut recording = Recording::new(&self.device)?;
@@ -190,7 +198,8 @@ impl Counters {
     }
 
     /// The number of values that shaders replaced by 0 since the counters were cleared, over all passes. They reject
-    /// radiance and weights that are NaN, negative or too large; such a value is a fault of a shader.
+    /// radiance and weights that are NaN, negative or too large. Such a value is a fault of a shader, and makes the picture
+    /// too dark, so callers report the number or refuse the picture.
     ///
     /// # Errors
     /// The errors of [`Self::assert_whole`].
@@ -201,7 +210,7 @@ impl Counters {
     }
 
     /// Checks that the driver has ended no loop early since the counters were cleared. Some drivers end long loops, and the
-    /// pixels that were computed in them are then too dark.
+    /// pixels that were computed in them are then too dark, so the picture must not be used.
     ///
     /// # Errors
     /// The driver has ended a loop early, or the device fails.

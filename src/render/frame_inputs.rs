@@ -4,11 +4,12 @@ use super::scene_bindings::SceneBindings;
 use crate::gpu::Buffer;
 
 /// The buffers and numbers of one frame that all passes of reservoir resampling have in common. The functions that record
-/// passes bind the buffers and read the numbers.
+/// passes bind the buffers, and read the numbers to decide which passes a frame needs and how large they are.
 pub struct FrameInputs<'a> {
     /// The bindings of the scene, the light BVH, and the table of specular albedos. Every pass may use them.
     pub scene: &'a SceneBindings,
     /// The sample data of this frame: the primary surface of each pixel, which is the surface that the camera sees there.
+    /// Passes compute direct and indirect light at these surfaces.
     pub sample_data: &'a Buffer,
     /// The sample data (primary surfaces) of the previous frame, with which temporal reuse compares those of this frame.
     /// `None` in the first frame, and if neither direct nor indirect light is reused over time.
@@ -17,11 +18,12 @@ pub struct FrameInputs<'a> {
     pub color: &'a Buffer,
     /// The buffer with the counters of all passes, in which passes count faults, rays and more.
     pub counters: &'a Buffer,
-    /// The index of the frame. The random numbers of the frame are computed from it and from the seed.
+    /// The index of the frame. In shaders, the random numbers of the frame are computed from it and from the seed; on the
+    /// host, it tells whether the hash grid (a light sampler) still takes part.
     pub frame: u32,
     /// True in the first frame after the renderer was made or restarted. Then there is no data of earlier frames that passes
-    /// could reuse.
+    /// could reuse, and data that all frames share has to be computed.
     pub is_first: bool,
-    /// The number of workgroups along the axes x, y and z, for passes that have one invocation per pixel.
+    /// The number of workgroups along the axes x, y and z, for passes that have one invocation per pixel; z is 1.
     pub groups: [u32; 3],
 }

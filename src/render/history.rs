@@ -1,20 +1,22 @@
 //! A resource with two copies that exchange their roles: one that this frame writes, and one with the data of the previous
-//! frame.
+//! frame, which temporal reuse reads.
 
 use std::cell::Cell;
 
-/// A resource, such as a buffer, in one or two copies. The current copy belongs to this frame. If there is a second copy, it
-/// stores the data of the previous frame; [`Self::advance`] exchanges the roles of the copies.
+/// A resource, such as a buffer of reservoirs, in one or two copies. The current copy belongs to this frame. If there is a
+/// second copy, it stores the data of the previous frame, so that this frame can reuse it. [`Self::advance`] exchanges the
+/// roles of the copies, without copying data.
 pub struct History<T> {
     copies: Vec<T>,
     current: Cell<usize>,
     /// The number of calls of [`Self::advance`] since the last reset. From the second call on, the copy that is not current
-    /// contains data.
+    /// contains data, and [`Self::previous`] returns it.
     advances: Cell<usize>,
 }
 
 impl<T> History<T> {
-    /// Makes a resource of the given copies: one copy if no frame reads the data of the previous one, otherwise two.
+    /// Makes a resource of the given copies, which are one or two. One copy is enough if no frame reads the data of the
+    /// previous one, and no pass writes its output to the spare copy.
     pub fn new(copies: Vec<T>) -> Self {
         debug_assert!(matches!(copies.len(), 1 | 2));
         Self {
@@ -24,7 +26,7 @@ impl<T> History<T> {
         }
     }
 
-    /// The copy that belongs to this frame. The passes of the frame write it.
+    /// The copy that belongs to this frame. The passes of the frame write it, and later passes read it.
     pub fn current(&self) -> &T {
         &self.copies[self.current.get()]
     }

@@ -1,5 +1,5 @@
-//! Presets: named TOML files, compiled into the program. Each contains the settings in which the preset differs from the
-//! defaults.
+//! Presets: named TOML files, compiled into the program, from which the user selects one. Each contains the settings in
+//! which the preset differs from the defaults.
 
 use super::settings::Settings;
 use crate::base::nearest::nearest;
@@ -14,7 +14,8 @@ use std::sync::LazyLock;
 pub struct Preset {
     /// The name of the preset, as the user writes it after `--preset`.
     pub name: &'static str,
-    /// The content of the preset's TOML file. Its leading comment describes the purpose of the preset.
+    /// The content of the preset's TOML file: the settings that it changes. Its leading comment describes the purpose of the
+    /// preset.
     pub text: &'static str,
 }
 
@@ -61,8 +62,8 @@ impl Preset {
         })
     }
 
-    /// The purpose of the preset, as one line of text: the lines of the comment at the beginning of its TOML file, joined by
-    /// spaces.
+    /// The purpose of the preset, as one line of text for the command `headwater presets`: the lines of the comment at the
+    /// beginning of its TOML file, joined by spaces.
     pub fn purpose(&self) -> String {
         self.text
             .lines()

@@ -9,7 +9,7 @@ use crate::shader_interface::{RAYS_PER_GROUP, RayBatch, RayHit, RayQuery};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `trace_rays`, which traces each ray of a list and writes its hit.
+    /// Bindings of the pass `trace_rays`, which traces each ray of a list and writes its hit, or that it has none.
     pub struct TraceRays {
         [offers scene: GpuScene]
         read rays,
@@ -18,8 +18,9 @@ crate::bindings! {
     }
 }
 
-/// A list of rays on the device, the pass that traces them, and the buffer of their hits. The same list can be traced
-/// repeatedly, for measurements of time.
+/// A list of rays on the device, the pass that traces them, and the buffer of their hits. The light BVH (a tree of lights)
+/// learns from the hits how far lights reach; tests compare them with other methods. The same list can be traced repeatedly,
+/// for measurements of time.
 pub struct RayTracer {
     scene: Arc<GpuScene>,
     pass: ComputePass,

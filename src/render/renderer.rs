@@ -28,8 +28,8 @@ use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// The renderer of one view of a scene. It renders single frames, or adds samples to one sum per pixel, over all calls of
-/// [`Self::add_samples`].
+/// The renderer of one view of a scene (camera, size of the picture, seed and bounces). It renders single frames, or adds
+/// samples to one sum per pixel, over all calls of [`Self::add_samples`].
 pub struct Renderer {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -37,14 +37,15 @@ pub struct Renderer {
     integrator: Box<dyn Integrator>,
     sums: Accumulator,
     primary_surfaces: Option<PrimarySurfaces>,
-    /// The time and the camera of the next frame.
+    /// The time and the camera of the next frame, which the setters of this type change.
     next: Moment,
-    /// The time and the camera of the last frame, and of the frame before it. An entry is `None` if there was no such frame
-    /// since the last restart. Motion vectors follow from the difference between the two entries.
+    /// The time and the camera of the last frame, and of the frame before it. Motion vectors, and the pose in which shaders
+    /// see the previous frame, follow from them. An entry is `None` if there was no such frame since the last restart.
     shown: [Option<Moment>; 2],
 }
 
-/// A time in the scene, and the camera of the frame that shows the scene at that time.
+/// A time in the scene, and the camera of the frame that shows the scene at that time. The renderer stores the moments of
+/// successive frames, because motion is the difference between them.
 #[derive(Clone, Copy)]
 struct Moment {
     /// The time in the scene, in seconds.
@@ -69,9 +70,9 @@ impl Renderer {
         Self::tracking(device, scene, view, &settings, Tracking::default())
     }
 
-    /// Makes a renderer from settings that are already resolved for this scene and for the bounces of `view`. Unlike
-    /// [`Self::new`], it also lets the caller select data that the renderer collects, such as the number of rays
-    /// (`tracking`).
+    /// Makes a renderer from settings that are already resolved for this scene and for the bounces of `view`, so that no
+    /// choice is left to the scene. Unlike [`Self::new`], it also lets the caller select data that the renderer collects,
+    /// such as the number of rays (`tracking`).
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -198,8 +199,9 @@ impl Renderer {
         self.add_samples_watched(first, samples, &mut |_| Ok(()))
     }
 
-    /// As [`Self::add_samples`]; it also calls `watch` repeatedly with the fraction of the work that is done, in [0, 1]. If
-    /// `watch` returns an error, the work ends, and pixels may then differ in their number of samples.
+    /// Adds `samples` samples per pixel to the sums and returns the times, as [`Self::add_samples`] does, but reports its
+    /// progress. It calls `watch` repeatedly with the fraction of the work that is done, in [0, 1]. If `watch` returns an
+    /// error, the work ends, and pixels may then differ in their number of samples.
     ///
     /// # Errors
     /// The errors of [`Self::add_samples`] and of `watch`.
@@ -238,23 +240,25 @@ impl Renderer {
     }
 
     /// The size in bytes, divided by the number of pixels, of all buffers in which the integrator stores data between passes
-    /// or between frames. The buffers of the scene and of the sums do not count, so the result is 0 for path tracing.
+    /// or between frames. Studies report it as the memory that the settings cost. The buffers of the scene and of the sums
+    /// do not count, so the result is 0 for path tracing.
     pub fn bytes_per_pixel(&self) -> f64 {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.bytes() as f64 / (f64::from(width) * f64::from(height))
     }
 
-    /// Begins a new run: sets the seed of the next frames, forgets the history (the data of earlier frames), and sets the
-    /// accumulated sums of radiance to zero.
+    /// Begins a new run with the same passes and buffers, so that it can be measured with another seed: sets the seed of the
+    /// next frames, forgets the history (the data of earlier frames), and sets the sums of radiance to zero. The time and
+    /// the camera of the next frame stay the same.
     pub fn restart(&mut self, seed: u32) -> Result<()> {
         self.shown = [None; 2];
         self.sums.clear()?;
         self.integrator.restart(seed)
     }
 
-    /// Submits the frame with the index `index`, as [`Self::single_frame`] renders it, without waiting for the device.
-    /// Returns `None`; [`Device::wait_for_running`] then waits, and returns the times of the frame's passes. With path
-    /// tracing, this method waits, and returns the times itself.
+    /// Submits the frame with the index `index`, as [`Self::single_frame`] renders it, without waiting for the device, so
+    /// that the next frame can be submitted meanwhile. Returns `None`; [`Device::wait_for_running`] then waits, and returns
+    /// the times of the frame's passes. With path tracing, this method waits, and returns the times itself.
     pub fn submit_frame(&mut self, index: u32) -> Result<Option<Vec<PassTime>>> {
         let camera = self.begin()?;
         self.integrator.submit(index, camera, &mut self.sums)
@@ -280,8 +284,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// The location on the device of the last frame's radiance, in one part. With path tracing, it is the location of the
-    /// sums over all samples, and there is one part for each strip of the picture (group of whole rows).
+    /// The location on the device of the radiance that is shown and read: that of the last frame, in one part. With path
+    /// tracing, it is the location of the sums over all samples, and there is one part for each strip of the picture (group
+    /// of whole rows).
     fn radiance(&self) -> Vec<Radiance<'_>> {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.color().map_or_else(
@@ -318,7 +323,7 @@ impl Renderer {
     }
 
     /// Reads the RGB radiance of the last single frame: one entry per pixel, row by row from the top, in the scene's unit of
-    /// radiance.
+    /// radiance. With resampling, entries are 0 before the first frame.
     pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
         let unit = self.bindings.scene.units.radiance;
         let mut pixels = Vec::new();
@@ -329,8 +334,9 @@ impl Renderer {
         Ok(pixels)
     }
 
-    /// Finds the surfaces that the rays through the pixels' centres hit in the last frame, one per pixel, row by row from
-    /// the top. Depths are in scene units. This call traces these rays, separately from the rays of the picture.
+    /// Finds the surfaces that the rays through the pixels' centres hit in the last frame (or in the next one, if there is
+    /// no last one): one per pixel, row by row from the top. Depths are in scene units; 0 means that the pixel shows no
+    /// surface. This call traces these rays, separately from the rays of the picture.
     pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {
         let primary_surfaces = match self.primary_surfaces.take() {
             Some(made) => made,
@@ -351,8 +357,9 @@ impl Renderer {
         Ok(surfaces)
     }
 
-    /// The contents of the last frame's reservoirs of direct or of indirect light, one entry per pixel, row by row from the
-    /// top. Contribution weights that have the unit of an area are in squared scene units.
+    /// The contents of the last frame's reservoirs of direct or of indirect light, for debugging: one entry per pixel, row
+    /// by row from the top. Contribution weights that have the unit of an area are in squared scene units. All entries are
+    /// empty if no frame was rendered, or if the light is not stored in reservoirs.
     ///
     /// # Errors
     /// The integrator is path tracing, which has no reservoirs, or the device fails.
@@ -369,8 +376,8 @@ impl Renderer {
         Ok(reservoirs)
     }
 
-    /// Reads the radiance of each pixel, summed over the samples. Before the first sample, the result is empty, or zero for
-    /// every pixel with path tracing.
+    /// Reads the radiance of each pixel, summed over the samples, from which the caller computes means and standard errors.
+    /// Before the first sample, the result is empty, or zero for every pixel with path tracing.
     pub fn sums(&self) -> Result<Sums> {
         Ok(Sums {
             pixels: self.sums.read()?,
@@ -399,9 +406,9 @@ impl Renderer {
         self.integrator.counters().since_last()
     }
 
-    /// The number of values that shaders replaced by 0 since the renderer was made or restarted. These are radiances that
-    /// were NaN, negative or larger than [`crate::shader_interface::MAX_RADIANCE`], and weights of reservoirs that were NaN,
-    /// negative or infinite.
+    /// The number of values that shaders replaced by 0 since the renderer was made or restarted; if it is not 0, the picture
+    /// may be too dark. These are radiances that were NaN, negative or larger than
+    /// [`crate::shader_interface::MAX_RADIANCE`], and weights of reservoirs that were NaN, negative or infinite.
     ///
     /// # Errors
     /// The device fails, or its driver ended loops early.

@@ -90,7 +90,8 @@ impl ResolvedSettings {
     }
 
     /// True if resampling renders this kind of light: the settings do not switch it off, and the maximum number of bounces
-    /// is large enough for it. Whether `integrator` selects resampling is not considered.
+    /// is large enough for it. Only then does it have passes and buffers. Whether `integrator` selects resampling is not
+    /// considered.
     pub fn renders(&self, lighting: Lighting) -> bool {
         self.settings.renders(lighting, self.bounces)
     }
@@ -117,8 +118,9 @@ impl ResolvedSettings {
         })
     }
 
-    /// The number of world reservoirs (the reservoirs of path vertices) and the size of the table that finds them. `slots`
-    /// is the number of pixels, padded to whole tiles.
+    /// The number of world reservoirs (the reservoirs of path vertices) and the size of the table that finds them, from
+    /// which the sizes of their buffers follow. `slots` is the number of pixels, padded to whole tiles. There are no world
+    /// reservoirs if the settings do not use them, or if indirect light is not rendered.
     pub fn world_size(&self, slots: u64) -> WorldSize {
         let is_used =
             self.world_reservoirs() != WorldReservoirs::None && self.renders(Lighting::Indirect);
@@ -126,10 +128,10 @@ impl ResolvedSettings {
     }
 }
 
-/// The number of lights, and the number of emitter groups that they form (triangles with common corners form one group).
-/// Infinitely distant lights do not count, since the light BVH does not contain them. If `sets_rare_apart` is true, rare
-/// lights (the dimmest ones) do not count either, because they have separate candidates. `groups` lists the index of the
-/// group of each emissive triangle.
+/// The number of lights, and the number of emitter groups that they form (triangles with common corners form one group), by
+/// which `candidates=auto` and world reservoirs are decided. Infinitely distant lights do not count, since the light BVH
+/// does not contain them. If `sets_rare_apart` is true, rare lights (the dimmest ones) do not count either, because they
+/// have separate candidates. `groups` lists the index of the group of each emissive triangle.
 fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
         |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));

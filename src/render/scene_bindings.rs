@@ -9,7 +9,7 @@ use crate::shader_interface::{Specialisation, Variant};
 use std::sync::Arc;
 
 /// A buffer that is computed from the scene, such as the light BVH (a tree of lights). Every pass may bind it. It is updated
-/// when the scene moves to another time.
+/// when the scene moves to another time, so that passes find it as the scene is then.
 pub trait SceneResource: Send + Sync {
     /// The name of the binding in the shaders, and the buffer. The buffer is in the form that shaders of `variant` read: as
     /// texels, or as a storage buffer.
@@ -25,8 +25,8 @@ pub trait SceneResource: Send + Sync {
     fn follow(&self, scene: &GpuScene) -> Result<()>;
 }
 
-/// The resources that every pass may bind, and the specialisation constants that follow from scene and settings. All passes
-/// of a renderer are made with them.
+/// The resources that every pass may bind besides its own buffers, and the specialisation constants that follow from scene
+/// and settings. All passes of a renderer are made with them, so that they see the same scene.
 pub struct SceneBindings {
     /// The scene on the device: its buffers, which passes bind, and its units of length and radiance.
     pub scene: Arc<GpuScene>,
@@ -83,8 +83,8 @@ impl SceneBindings {
         resources
     }
 
-    /// Moves the scene to its pose at the time `now`. Passes that read the previous frame see the scene in its pose at the
-    /// time `before`. Both times are in seconds.
+    /// Moves the scene to its pose (the positions of all objects and lights) at the time `now`. Passes that reuse samples of
+    /// the previous frame also see the scene in its pose at the time `before`. Both times are in seconds.
     ///
     /// # Errors
     /// At one of the times an instance is too far away to be rendered, or the device fails.

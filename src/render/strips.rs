@@ -12,12 +12,12 @@ use std::sync::Arc;
 /// abort a submission that takes too long.
 const MAX_PIXELS: u64 = 1 << 20;
 
-/// The maximum width or height of a picture in pixels: Vulkan guarantees 65,535 workgroups along an axis, and a workgroup
-/// covers a tile of `TILE` × `TILE` pixels.
+/// The maximum width or height of a picture in pixels; a larger picture is refused. Vulkan guarantees 65,535 workgroups
+/// along an axis, and a workgroup covers a tile of `TILE` × `TILE` pixels.
 const MAX_SIDE: u32 = 65_535 * TILE;
 
-/// Checks that one side of a picture, `pixels` pixels long, has at most 65,535 tiles, which every Vulkan device can
-/// dispatch. `how` names the side in the message: `wide` or `high`.
+/// Checks that one side of a picture, `pixels` pixels long, has at most 65,535 tiles, because not every Vulkan device can
+/// dispatch more workgroups along an axis. `how` names the side in the message: `wide` or `high`.
 ///
 /// # Errors
 /// The side is longer than `MAX_SIDE` pixels.
@@ -30,8 +30,9 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
     Ok(())
 }
 
-/// Cuts a picture of `width` × `height` pixels into strips, from top to bottom. The height of a strip is a multiple of
-/// `TILE` rows, except for the last one. Each strip has at most `most_bytes` bytes, with `bytes_a_pixel` bytes per pixel.
+/// Cuts a picture of `width` × `height` pixels into strips (groups of whole rows), from top to bottom. The height of a strip
+/// is a multiple of `TILE` rows, except for the last one. Each strip has at most `most_bytes` bytes, with `bytes_a_pixel`
+/// bytes per pixel, and is short enough for one submission.
 ///
 /// # Errors
 /// One row of tiles has more than `most_bytes` bytes, or more than 65,535 tiles, which not every device can dispatch.
@@ -56,8 +57,8 @@ fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Resul
         .collect())
 }
 
-/// Cuts a picture into strips, from top to bottom, and makes a buffer for each strip, with space for one `T` per pixel.
-/// `name` is the name of all these buffers.
+/// Cuts a picture into strips (groups of whole rows), from top to bottom, and makes a buffer for each strip, with space for
+/// one `T` per pixel. Passes then run once per strip. `name` is the name of all these buffers.
 ///
 /// # Errors
 /// The errors of `cut`, or the device has too little free memory.
@@ -76,8 +77,8 @@ pub(super) fn strips_of<T>(
         .collect()
 }
 
-/// Cuts a picture into strips, from top to bottom, so that the device can bind a buffer with one `T` for each pixel of a
-/// strip. No buffers are made; `name` describes them in messages.
+/// Cuts a picture into strips (groups of whole rows), from top to bottom, so that the device can bind a buffer with one `T`
+/// for each pixel of a strip. No buffers are made; `name` describes them in messages.
 ///
 /// # Errors
 /// All buffers together exceed the memory of the device, or the errors of `cut_to`.

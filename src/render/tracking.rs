@@ -1,7 +1,8 @@
-//! The data that a renderer collects besides the picture, on request. Collecting them costs time or memory.
+//! The data that a renderer collects besides the picture, on request, for reports and debugging. Collecting them costs time
+//! or memory.
 
-/// Selects the data that a renderer collects besides the picture. Collecting them costs time or memory, so by default
-/// nothing is selected.
+/// Selects the data that a renderer collects besides the picture, for reports and debugging. Collecting them costs time or
+/// memory, so by default nothing is selected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tracking {
     /// True if passes count their rays, the lanes of subgroups in use, merged neighbours, and bytes read and written.

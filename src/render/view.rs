@@ -2,8 +2,8 @@
 
 use crate::scene::Camera;
 
-/// A view of a scene: the camera, the size of the picture, the seed, the maximum length of paths, and the jitter of primary
-/// rays. [`Settings`](super::Settings) decide how the picture is computed.
+/// A view of a scene, from which a renderer is made: the camera, the size of the picture, the seed, the maximum length of
+/// paths, and the jitter of primary rays. [`Settings`](super::Settings) decide how the picture is computed.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The camera of the first frame, in the world space of the scene, in scene units.

@@ -8,9 +8,9 @@ use glam::{DAffine3, DVec3};
 /// space, in scene units.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Bounds {
-    /// The smallest x, the smallest y and the smallest z of all points in the box.
+    /// The smallest x, the smallest y and the smallest z of all points in the box: its lower corner.
     pub min: DVec3,
-    /// The largest x, the largest y and the largest z of all points in the box.
+    /// The largest x, the largest y and the largest z of all points in the box: its upper corner.
     pub max: DVec3,
 }
 
@@ -93,8 +93,9 @@ impl Mesh {
 }
 
 impl Scene {
-    /// The box around all instances, in world space; `None` if no instance has vertices. It is the smallest such box, unless
-    /// more than 2³⁰ vertices would have to be examined. Then it can be larger.
+    /// The box around all instances, in world space, for cameras that show the whole scene and for reports; `None` if no
+    /// instance has vertices. It is the smallest such box, unless more than 2³⁰ vertices would have to be examined. Then it
+    /// can be larger.
     pub fn bounds(&self) -> Option<Bounds> {
         let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         // Rounded transforms grow with each coordinate too, so no vertex comes to lie outside of the box around the corners.
@@ -122,16 +123,17 @@ impl Scene {
         bounds
     }
 
-    /// A box around each instance, in world space: the transformed box of the instance's mesh, enlarged until it is
-    /// axis-aligned. These boxes are fast to compute, but can be larger than necessary. They are in the order of the
-    /// instances; instances of meshes without positions have none.
+    /// A box around each instance, in world space, from which checks and units take the extent of the scene: the transformed
+    /// box of the instance's mesh, enlarged until it is axis-aligned. These boxes are fast to compute, but can be larger
+    /// than necessary. They are in the order of the instances; instances of meshes without positions have none.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         self.placed_boxes(&bounds)
     }
 
-    /// Returns the same boxes as [`Scene::loose_boxes`], for callers that have already computed the boxes of the meshes.
-    /// `of_meshes` lists the box of each mesh in object space, or `None` for a mesh without positions.
+    /// A box around each instance, in world space, as [`Scene::loose_boxes`] returns it, for callers that have already
+    /// computed the boxes of the meshes. `of_meshes` lists the box of each mesh in object space, or `None` for a mesh
+    /// without positions.
     pub(super) fn placed_boxes(&self, of_meshes: &[Option<Bounds>]) -> Vec<Bounds> {
         let of_instance = |instance: &Instance| {
             Some(of_meshes[instance.mesh as usize]?.placed(&instance.object_to_world))
@@ -167,8 +169,9 @@ pub fn usual_size(boxes: &[Bounds]) -> f64 {
     }
 }
 
-/// The exponent e of the largest power 2ᵉ that is not above `number`, which must be positive and normal. It is read from the
-/// bits of the number: a computed logarithm is rounded, so doubling the number might not increase it by exactly 1.
+/// The exponent e of the largest power 2ᵉ that is not above `number`, which must be positive and normal; the device's units
+/// are such powers. It is read from the bits of the number: a computed logarithm is rounded, so doubling the number might
+/// not increase it by exactly 1.
 pub fn exponent(number: f64) -> i64 {
     (number.to_bits() >> 52) as i64 - 1023
 }

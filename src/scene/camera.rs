@@ -1,4 +1,5 @@
-//! Cameras that do not come from a file: a camera that looks at a point, and a camera that shows a whole scene.
+//! Cameras that do not come from a file: a camera that looks at a point, and a camera that shows a whole scene. Also removes
+//! the scale from cameras that do come from a file.
 
 use super::{Camera, Scene};
 use glam::{DAffine3, DMat3, DVec3};
@@ -45,9 +46,9 @@ pub fn framing_camera(scene: &Scene) -> Camera {
     look_at(eye, bounds.center(), FRAMING_FOV)
 }
 
-/// Removes scale and shear from `matrix`, the linear part of a camera-to-world transform, so that a rotation remains. The
-/// viewing direction stays the same, and the camera's +Y changes as little as possible. `None` if the y or z axis of
-/// `matrix` is 0, or if both axes are parallel.
+/// Removes scale and shear from `matrix`, the linear part of a camera-to-world transform, so that a rotation remains, as
+/// renderers need it. The viewing direction stays the same, and the camera's +Y changes as little as possible. `None` if the
+/// y or z axis of `matrix` is 0, or if both axes are parallel: such a camera has no direction.
 pub(crate) fn rigid(matrix: DMat3) -> Option<DMat3> {
     let unit = |axis: DVec3| (axis / axis.abs().max_element()).try_normalize();
     let z = unit(matrix.z_axis)?;
@@ -55,8 +56,8 @@ pub(crate) fn rigid(matrix: DMat3) -> Option<DMat3> {
     Some(DMat3::from_cols(x, z.cross(x), z))
 }
 
-/// The x, y and z axis of a camera in world space, as the columns of a matrix. `back` is a vector of any length, opposite to
-/// the viewing direction; if it is 0, the camera looks along −Z.
+/// The x, y and z axis of a camera in world space, as the columns of a matrix, with the camera's +Y as far upwards as
+/// possible. `back` is a vector of any length, opposite to the viewing direction; if it is 0, the camera looks along −Z.
 fn axes(back: DVec3) -> DMat3 {
     // Scaled before it is normalised, since the square of a tiny or huge length is out of f64's range.
     let z = (back / back.abs().max_element())

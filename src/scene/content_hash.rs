@@ -1,5 +1,5 @@
 //! A hash of everything in a scene that affects its picture. Pictures and results of studies store it, to identify their
-//! scene.
+//! scene: they are reused or continued only for a scene with the same hash.
 
 use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
@@ -12,8 +12,8 @@ use glam::DAffine3;
 
 impl Scene {
     /// The BLAKE3 hash, as 64 hexadecimal digits, of everything that affects the picture: meshes, materials, images,
-    /// instances, lights, environment, cameras and motion. Names, and the notices that loading a file gave, do not change
-    /// it.
+    /// instances, lights, environment, cameras and motion. Scenes with the same hash have the same pictures. Names, and the
+    /// notices that loading a file gave, do not change it.
     pub fn content_hash(&self) -> String {
         // Full destructuring, so that a new field cannot be forgotten here.
         let Self {

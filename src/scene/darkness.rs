@@ -5,8 +5,9 @@ use super::{AlphaMode, Environment, Material, Mesh, Scene};
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
-/// The maximum number of frame times at which animated emission is examined. If a sequence has more frames and all examined
-/// ones are black, it is assumed to show light later.
+/// The maximum number of frame times at which animated emission is examined, so that the check of a long sequence takes
+/// little time. If a sequence has more frames and all examined ones are black, it is assumed to show light later, and the
+/// user is not warned.
 const MOST_TIMES: usize = 100_000;
 
 impl Scene {
@@ -51,7 +52,7 @@ impl Scene {
     }
 
     /// True if an instance has triangles with an unlit material, whose colour the camera sees even if the scene has no
-    /// light.
+    /// light. The pictures of such a scene do not count as black.
     fn shows_unlit_surfaces(&self) -> bool {
         let mut parts = self.placed_meshes().flat_map(|mesh| &mesh.parts);
         parts.any(|part| part.triangle_count > 0 && self.materials[part.material as usize].unlit)
@@ -90,9 +91,9 @@ impl Scene {
 }
 
 impl Material {
-    /// True if the alpha mask of the material removes every point of its surfaces. `vertex_alpha` is the largest alpha of
-    /// the mesh's vertex colours. Always false for a material with a base colour texture, because the texels are not
-    /// examined.
+    /// True if the alpha mask of the material removes every point of its surfaces, so that the material cannot emit light.
+    /// `vertex_alpha` is the largest alpha of the mesh's vertex colours. Always false for a material with a base colour
+    /// texture, because the texels are not examined.
     fn is_cut_away(&self, vertex_alpha: &LazyCell<f32, impl FnOnce() -> f32>) -> bool {
         let AlphaMode::Mask { cutoff } = self.alpha_mode else {
             return false;

@@ -1,4 +1,5 @@
-//! Emissive triangles, the powers of all lights, and the alias table that selects lights in proportion to their powers.
+//! Lists the emissive triangles of a scene, computes the powers of all its lights, and builds alias tables, from which light
+//! samples draw a light in constant time in proportion to its power.
 
 use super::texture::{LitTexels, srgb};
 use super::{
@@ -7,12 +8,14 @@ use super::{
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use std::collections::{BTreeSet, HashMap};
 
-/// The fraction of light samples for which all lights with a power above 0 are equally likely. For the other samples, a
-/// light's probability is in proportion to its power. Without this fraction, the alias table's 32-bit thresholds would round
-/// the probability of a very dim light to 0, and its light would be lost.
+/// The fraction of the light samples, in [0, 1], for which all lights with a power above 0 are equally likely. For the other
+/// samples, a light's probability is in proportion to its power. Without this fraction, the alias table's 32-bit thresholds
+/// would round the probability of a very dim light to 0, and pictures would lack its light.
 pub const UNIFORM_FRACTION: f64 = 0.1;
 
-/// An emissive triangle in world space, where the transform of its instance places it at one time.
+/// An emissive triangle in world space, where the transform of its instance places it at one time. The renderer computes
+/// from it the light on the device and the light's power, in proportion to which light samples choose the light. Reports on
+/// the limits of a scene are computed from it too.
 #[derive(Clone, Copy, Debug)]
 pub struct LightTriangle {
     /// Index into [`Scene::instances`]: the instance to which the triangle belongs.
@@ -26,7 +29,7 @@ pub struct LightTriangle {
     /// Unit normal, in world space, of the side that emits: the side from which the corners are counter-clockwise in object
     /// space. It is 0 if the triangle has no area. A double-sided material emits on the opposite side too.
     pub normal: DVec3,
-    /// Area in world space, in squared scene units.
+    /// Area in world space, in squared scene units. The power of the light is in proportion to it.
     pub area: f64,
     /// The mean over the triangle's area of the factor that multiplies the material's emission, for each colour channel in
     /// [0, 1]. The factor is the linear colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask
@@ -34,7 +37,8 @@ pub struct LightTriangle {
     pub emission_mean: Vec3,
 }
 
-/// An emissive triangle in object space, before the transform of its instance.
+/// An emissive triangle in object space, before the transform of its instance. It does not depend on time:
+/// [`EmitterTriangle::placed`] computes from it the triangle in world space at the time of each frame.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterTriangle {
     /// Index into [`Scene::instances`]: the instance to which the triangle belongs.
@@ -45,8 +49,8 @@ pub struct EmitterTriangle {
     pub material: u32,
     /// The corners in object space, in the mesh's units.
     pub corners: [DVec3; 3],
-    /// The corners' texture coordinates for the emissive texture, before [`Texture::transform`] maps them to the image. They
-    /// are 0 if the material has no emissive texture.
+    /// The corners' texture coordinates for the emissive texture, before [`Texture::transform`] maps them to the image. With
+    /// them shaders look up the emission at a point of the light. They are 0 if the material has no emissive texture.
     pub uvs: [Vec2; 3],
     /// The mean over the triangle's area of the factor that multiplies the material's emission, for each colour channel in
     /// [0, 1]. The factor is the linear colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask
@@ -54,9 +58,10 @@ pub struct EmitterTriangle {
     pub emission_mean: Vec3,
 }
 
-/// The identity of an emitter. `(Some(instance), material)` names all triangles of one instance that have one emissive
-/// material, by the indices of the instance and of the material in the scene. `(None, index)` names the punctual light with
-/// this index. The environment's name is `(None, n)`, where n is the number of punctual lights.
+/// The identity of an emitter, by which the powers of its lights are summed and messages name it.
+/// `(Some(instance), material)` names all triangles of one instance that have one emissive material, by the indices of the
+/// instance and of the material in the scene. `(None, index)` names the punctual light with this index. The environment's
+/// name is `(None, n)`, where n is the number of punctual lights.
 pub type EmitterName = (Option<u32>, u32);
 
 impl LightTriangle {
@@ -87,15 +92,16 @@ impl EmitterTriangle {
 }
 
 impl Scene {
-    /// True if some material that emits light at some time has an emissive texture. The device then stores the texture
-    /// coordinates of each emissive triangle.
+    /// True if some material that emits light at some time has an emissive texture. Only then does the device store the
+    /// texture coordinates of the emissive triangles.
     pub fn has_textured_lights(&self) -> bool {
         let mut materials = self.materials.iter().zip(self.emitter_materials());
         materials.any(|(material, is_emitter)| is_emitter && material.emissive_texture.is_some())
     }
 
     /// One entry per material of the scene: true if the material emits light at some time. A material whose emission is
-    /// animated always counts as emitting, even while it is black. Textures are not examined.
+    /// animated always counts as emitting, even while it is black. Textures are not examined. Triangles of the other
+    /// materials are never lights.
     pub fn emitter_materials(&self) -> Vec<bool> {
         let mut lights: Vec<bool> = self.materials.iter().map(|m| m.is_emissive()).collect();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -117,7 +123,7 @@ impl Scene {
 }
 
 /// Decides which triangles are lights at some time: all triangles with a material that emits at some time, except those on
-/// which the emissive texture is certainly black everywhere.
+/// which the emissive texture is certainly black everywhere. Of all triangles, only the lights get light samples.
 pub struct Emitters<'a> {
     scene: &'a Scene,
     /// One entry per material of the scene: true if the material emits at some time.
@@ -163,7 +169,8 @@ impl<'a> Emitters<'a> {
             })
     }
 
-    /// The number of triangles of `part` that are lights, as [`Emitters::emits`] decides.
+    /// The number of triangles of `part` that are lights, as [`Emitters::emits`] decides for each of them. Reports state the
+    /// sum over the scene.
     pub fn count(&self, mesh: &Mesh, part: &Part) -> u64 {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         match (self.may_emit(part), texture) {
@@ -184,8 +191,8 @@ fn uvs_of(mesh: &Mesh, texture: &Texture, triangle: u32) -> [Vec2; 3] {
 }
 
 /// The emissive triangles of all instances, ordered by the index of the instance, then by the index of the triangle in its
-/// mesh. The device stores them in the same order. `emitter_materials` has one entry per material of the scene: true if the
-/// material emits light at some time.
+/// mesh. The device stores them in the same order, so that this order gives the index of each light. `emitter_materials` has
+/// one entry per material of the scene: true if the material emits light at some time.
 pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<EmitterTriangle> {
     let emitters = Emitters::new(scene, emitter_materials);
     let mut triangles = Vec::new();
@@ -256,8 +263,9 @@ fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32)
     sum / (SIDE * SIDE) as f32
 }
 
-/// The emissive triangles of a scene in world space, where the present transforms of the scene's instances place them, in
-/// the order of [`emitter_triangles`].
+/// The emissive triangles of a scene in world space, where the present transforms of the scene's instances place them. They
+/// are ordered by the index of the instance, then by the index of the triangle in its mesh. Reports on the limits of the
+/// scene are computed from them.
 pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
     emitter_triangles(scene, &scene.emitter_materials())
         .iter()
@@ -281,7 +289,8 @@ pub struct LightPowers {
     /// The area of the disc through which distant lights shine, divided by π: the square of half the diagonal of the scene's
     /// bounding box, in squared scene units. It is 1 for a scene without geometry.
     disc: f64,
-    /// The integral of the environment's luminance over the sphere, as radiance × sr; `None` without an environment.
+    /// The integral of the environment's luminance over the sphere, as radiance × sr; `None` without an environment. The
+    /// environment's power is this integral × `disc`.
     environment: Option<f64>,
 }
 
@@ -324,9 +333,9 @@ impl LightPowers {
     }
 }
 
-/// The emitter of each light, in the order of [`LightPowers::of_all`]: first of each of `triangles`, then of each punctual
-/// light, then of the environment, if there is one. `count` is the number of lights of all kinds. Several triangles can
-/// belong to the same emitter.
+/// The emitter of each light, with which callers sum the powers of an emitter's lights, since several triangles can belong
+/// to one emitter. The order is that of [`LightPowers::of_all`]: first each of `triangles`, then each punctual light, then
+/// the environment, if there is one. `count` is the number of lights of all kinds.
 pub fn emitter_names(
     triangles: &[LightTriangle],
     count: usize,
@@ -350,11 +359,12 @@ pub struct AliasColumn {
     pub alias: u32,
 }
 
-/// A table from which an entry, such as a light, is drawn in constant time (Walker 1977; Vose 1991). [`AliasTable::new`]
-/// describes how the probability of an entry depends on its weight.
+/// A table from which an entry is drawn in constant time, with a probability that depends on the entry's weight (Walker
+/// 1977; Vose 1991). Shaders draw lights and texels of the environment from such tables. [`AliasTable::new`] describes how a
+/// weight determines a probability.
 #[derive(Clone, Debug)]
 pub struct AliasTable {
-    /// One column per entry, in the order of the weights.
+    /// One column per entry, in the order of the weights. Shaders read a column to make a draw.
     pub columns: Vec<AliasColumn>,
     /// The exact probability with which each entry is drawn, in [0, 1], after the rounding of the thresholds to 32 bits.
     /// Estimators divide by it.

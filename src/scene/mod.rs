@@ -1,5 +1,6 @@
-//! Scenes on the CPU: meshes, materials, lights, cameras and their motion, with checks of a scene and of its limits. This
-//! module knows neither file formats nor Vulkan.
+//! Scenes on the CPU: meshes, materials, lights, cameras and their motion, with checks of a scene and of its limits. Files
+//! are read into these types, generators fill them, and the renderer makes the device's copy from them. This module knows
+//! neither file formats nor Vulkan.
 //!
 //! Lengths are in the units of the file (glTF: metres). Coordinates are right-handed with +Y up. Radiance is linear RGB.
 
@@ -27,10 +28,11 @@ pub use texture::{Image, Texture};
 
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 
-/// A complete scene: meshes that instances place in the world, lights, and cameras.
+/// A complete scene: meshes that instances place in the world, lights, and cameras. It comes from a file or a generator,
+/// [`Scene::validate`] checks it, and the renderer makes the device's copy from it.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// The name of a generated scene, or the file's name without its extension.
+    /// The name of a generated scene, or the file's name without its extension. Reports and exported files state it.
     pub name: String,
     /// Meshes in object space. Several instances can share one mesh.
     pub meshes: Vec<Mesh>,
@@ -54,7 +56,7 @@ pub struct Scene {
     pub notices: Vec<String>,
 }
 
-/// Indexed triangles in object space, divided into parts with one material each.
+/// Indexed triangles in object space, divided into parts with one material each. An [`Instance`] places them in the world.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Name in the source file, for messages; possibly empty.
@@ -71,7 +73,8 @@ pub struct Mesh {
     /// (normal × tangent). Empty if no material of the mesh has a normal map. A vertex whose material has no normal map may
     /// have the tangent 0.
     pub tangents: Vec<Vec4>,
-    /// Two sets of texture coordinates, each with one entry per position. A set that no texture uses is empty.
+    /// Two sets of texture coordinates, each with one entry per position; [`Texture::set`] says which set a texture uses. A
+    /// set that no texture uses can be empty.
     pub uvs: [Vec<Vec2>; 2],
     /// The three corners of each triangle, as indices into `positions`, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
@@ -79,7 +82,7 @@ pub struct Mesh {
     pub parts: Vec<Part>,
 }
 
-/// A run of consecutive triangles of a [`Mesh`] that have the same material.
+/// A run of consecutive triangles of a [`Mesh`] that have the same material. Several parts give one mesh several materials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
     /// Index into [`Mesh::triangles`] of the run's first triangle.
@@ -109,7 +112,7 @@ pub struct Instance {
     pub object_to_world: DAffine3,
 }
 
-/// The effect of a material's alpha (glTF's `alphaMode`).
+/// The effect of a material's alpha (glTF's `alphaMode`): it decides how much light a point of the surface blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     /// Alpha has no effect: the surface blocks all light everywhere.
@@ -124,7 +127,8 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// The material of a surface, by the metallic-roughness model (glTF 2.0 with emissive strength, specular and ior).
+/// The material of a surface, by the metallic-roughness model (glTF 2.0 with emissive strength, specular and ior). It
+/// decides how the surface reflects, emits and blocks light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name in the source file, for messages; possibly empty.
@@ -134,7 +138,8 @@ pub struct Material {
     /// Texture whose sRGB colour, converted to linear, multiplies `base_color`, and whose alpha multiplies `alpha`. `None`
     /// counts as a texture of 1.
     pub base_color_texture: Option<Texture>,
-    /// Coverage of the surface in [0, 1]. The alpha of the base colour texture and of the vertex colours multiplies it.
+    /// Coverage of the surface in [0, 1], with which `alpha_mode` decides how much light the surface blocks. The alpha of
+    /// the base colour texture and of the vertex colours multiplies it.
     pub alpha: f32,
     /// The effect of the alpha at a point: none, holes, or partial transparency.
     pub alpha_mode: AlphaMode,
@@ -233,14 +238,15 @@ impl Material {
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
     }
 
-    /// True if `emission` is above 0 in some channel. The emissive texture is not examined, so the surface can still be
-    /// black. Animated emission counts with its present value.
+    /// True if `emission` is above 0 in some channel, so that the surface's triangles can be lights. The emissive texture is
+    /// not examined, so the surface can still be black. Animated emission counts with its present value.
     pub fn is_emissive(&self) -> bool {
         self.emission.max_element() > 0.0
     }
 }
 
-/// A perspective camera. In its own space it looks along −Z, and +Y is the top of the picture.
+/// A perspective camera, from which a picture is rendered. In its own space it looks along −Z, and +Y is the top of the
+/// picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Name of the file's node or camera, by which a user can choose the camera; possibly empty.

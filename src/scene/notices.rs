@@ -1,8 +1,9 @@
 //! Collects notices for the user about assumptions and omissions, and merges notices with the same text into one line with
-//! their number. Also prepares names and other texts from files for messages.
+//! their number, so that a faulty file does not print thousands of lines. Also prepares names and other texts from files for
+//! messages.
 
-/// Notices for the user, such as about repairs of a mesh, counted by their text. For each text it stores the element that
-/// was named at the first occurrence, and the number of occurrences.
+/// Notices for the user, such as about repairs of a mesh, counted by their text, so that each text is printed only once. For
+/// each text it stores the element that was named at the first occurrence, and the number of occurrences.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     kinds: Vec<Kind>,
@@ -62,8 +63,9 @@ pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
 /// cut; these three characters are included in the maximum. Escaping control characters can make the quotation longer.
 const LONGEST: usize = 60;
 
-/// Prepares a text from a file for a message: puts it in quotes, escapes control characters, and replaces everything after
-/// the first 57 characters by `...` if the text has more than 60 characters.
+/// Prepares a text from a file for a message, so that the message stays one short line: puts the text in quotes, escapes
+/// control characters, and replaces everything after the first 57 characters by `...` if the text has more than 60
+/// characters.
 pub(crate) fn quoted(text: &str) -> String {
     if text.chars().nth(LONGEST).is_some() {
         let start: String = text.chars().take(LONGEST - 3).collect();
@@ -73,8 +75,9 @@ pub(crate) fn quoted(text: &str) -> String {
     }
 }
 
-/// The same as [`quoted`], except that a text of more than 60 characters is cut at its start: the last 57 characters remain,
-/// after `...`. It serves texts whose end says more than their start, such as paths.
+/// Prepares a text whose end says more than its start, such as a path, for a message: puts it in quotes, escapes control
+/// characters, and keeps only the last 57 characters, after `...`, if it has more than 60. [`quoted`] cuts a text at its end
+/// instead.
 pub(crate) fn quoted_end(text: &str) -> String {
     match text.chars().count().checked_sub(LONGEST) {
         None | Some(0) => quoted(text),

@@ -40,7 +40,8 @@ pub enum PunctualShape {
 
 #[cfg(test)]
 impl PunctualLight {
-    /// A white point light at the origin, with the given radiant intensity in every channel and no range.
+    /// A white point light for tests, at the origin, with the given radiant intensity, in W/sr, in every channel and no
+    /// range.
     pub fn point(intensity: f32) -> Self {
         Self {
             name: String::new(),
@@ -53,7 +54,8 @@ impl PunctualLight {
 }
 
 impl PunctualLight {
-    /// The position of the light in world space, in scene units.
+    /// The position of the light in world space, in scene units. A directional light is infinitely far away, so its position
+    /// has no effect.
     pub fn position(&self) -> DVec3 {
         self.light_to_world.translation
     }
@@ -67,7 +69,8 @@ impl PunctualLight {
         (axis / largest).try_normalize().unwrap_or(DVec3::NEG_Z)
     }
 
-    /// True if the light is directional, and so infinitely far away.
+    /// True if the light is directional, and so infinitely far away. Its position then has no effect, and its power depends
+    /// on the size of the scene.
     pub fn is_distant(&self) -> bool {
         self.shape == PunctualShape::Directional
     }

@@ -6,8 +6,8 @@ use super::Mesh;
 use super::notices::{Tally, label};
 use glam::{DVec3, Vec3, Vec4};
 
-/// The difference of a normal's squared length from 1 above which the normal is normalised. With smaller differences, the
-/// normal stays unchanged.
+/// The difference of a normal's squared length from 1 above which the normal is normalised. With smaller differences, which
+/// rounding to f32 can cause, the normal stays unchanged, so that a second repair changes nothing.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// The difference of a normal's squared length from 1 above which the user gets a notice that the normal was normalised.
@@ -43,7 +43,7 @@ impl Mesh {
         self.drop_unused_vertices();
     }
 
-    /// Clamps the channels of vertex colours to [0, 1]. Returns the number of vertices whose colour changed.
+    /// Clamps the channels of vertex colours to [0, 1]. Returns the number of vertices whose colour changed, for a notice.
     fn clamp_colors(&mut self) -> usize {
         let mut odd = 0;
         for color in &mut self.colors {
@@ -55,8 +55,8 @@ impl Mesh {
     }
 
     /// The cross product of two edges of a triangle, in object space. It points along the triangle's geometric normal, and
-    /// its length is twice the triangle's area, so it is 0 for a triangle without area. `triangle` contains the indices of
-    /// the three vertices.
+    /// its length is twice the triangle's area, so it is 0 for a triangle without area, which repairs remove. `triangle`
+    /// contains the indices of the three vertices.
     pub(super) fn area_vector(&self, triangle: [u32; 3]) -> DVec3 {
         let [a, b, c] = triangle.map(|i| self.positions[i as usize].as_dvec3());
         (b - a).cross(c - a)
@@ -116,7 +116,7 @@ impl Mesh {
 
     /// Sets normals of zero length to the geometric normal of their triangle. A vertex that is shared by triangles with
     /// different normals is duplicated. If all normals of the mesh are missing, `normals` becomes empty instead, which has
-    /// the same effect. Returns the number of missing normals.
+    /// the same effect. Returns the number of missing normals, for a notice.
     fn fill_missing_normals(&mut self) -> usize {
         let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
         let missing = is_missing.iter().filter(|&&m| m).count();
@@ -148,8 +148,9 @@ impl Mesh {
         missing
     }
 
-    /// Appends a copy of the vertex with the index `vertex`, with all its attributes. Returns the index of the copy; `None`,
-    /// without a copy, if the index would exceed 32 bits.
+    /// Appends a copy of the vertex with the index `vertex`, with all its attributes, so that two triangles that share the
+    /// vertex can have different normals or tangents there. Returns the index of the copy; `None`, without a copy, if the
+    /// index would exceed 32 bits.
     pub(super) fn duplicate_vertex(&mut self, vertex: u32) -> Option<u32> {
         let (vertex, copy) = (vertex as usize, u32::try_from(self.positions.len()).ok()?);
         self.positions.push(self.positions[vertex]);

@@ -1,4 +1,5 @@
-//! Determines which features a scene uses. Shaders leave out the code of features that the scene does not use.
+//! Determines which features a scene uses, such as textures or punctual lights. Shaders leave out the code of features that
+//! the scene does not use, and `headwater scene inspect` lists the used and the unused ones.
 
 use super::bounds::usual_size;
 use super::lights::Emitters;
@@ -118,8 +119,8 @@ impl Requirements {
         required
     }
 
-    /// The names of features, for messages: first a list of those that the scene uses, then a list of those that it does not
-    /// use.
+    /// The names of features, for `headwater scene inspect` and the log: first a list of those that the scene uses, then a
+    /// list of those that it does not use.
     pub fn features(&self) -> [Vec<&'static str>; 2] {
         let &Self {
             triangles: _,
@@ -177,7 +178,8 @@ impl Requirements {
 /// usual size.
 const LARGE: f64 = 10_000.0;
 
-/// The length of the longest edge of all triangles of a mesh, in object space; 0 if there are no triangles.
+/// The length of the longest edge of all triangles of a mesh, in object space; 0 if there are no triangles. Multiplied by
+/// the largest scale of an instance, it decides whether the scene has large triangles (see [`LARGE`]).
 fn longest_edge(mesh: &Mesh) -> f64 {
     let corner = |index: u32| mesh.positions[index as usize].as_dvec3();
     let edges = mesh
@@ -190,20 +192,21 @@ fn longest_edge(mesh: &Mesh) -> f64 {
 }
 
 impl Material {
-    /// True if the surface has a specular lobe: it is partly metal, or `specular` is above 0. Otherwise it is pure Lambert.
+    /// True if the surface has a specular lobe: it is partly metal, or `specular` is above 0. Otherwise it is pure Lambert,
+    /// and if all surfaces of a scene are, shaders leave out the code for the lobe.
     pub fn has_specular_lobe(&self) -> bool {
         self.metallic > 0.0 || self.specular > 0.0
     }
 }
 
 impl Scene {
-    /// The number of triangles in the world. The triangles of a mesh count once for each instance of the mesh.
+    /// The number of triangles in the world, for reports. The triangles of a mesh count once for each instance of the mesh.
     pub fn triangle_count(&self) -> u64 {
         self.count_triangles(|mesh| mesh.triangles.len() as u64)
     }
 
-    /// The number of triangles in the world that emit light at some time. The triangles of a mesh count once for each
-    /// instance of the mesh.
+    /// The number of triangles in the world that emit light at some time, for reports. The triangles of a mesh count once
+    /// for each instance of the mesh.
     pub fn emissive_triangle_count(&self) -> u64 {
         self.count_emissive(&Emitters::new(self, &self.emitter_materials()))
     }

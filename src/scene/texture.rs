@@ -17,7 +17,8 @@ pub struct Image {
     pub texels: Arc<[[u8; 4]]>,
 }
 
-/// The way in which a lookup beyond the edges of an image finds a texel, along one axis.
+/// The way in which a lookup beyond the edges of an image finds a texel, along one axis. Texture coordinates below 0 or
+/// above 1 lead there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// The image repeats, equal in every repetition.
@@ -59,8 +60,9 @@ impl Texture {
         }
     }
 
-    /// The texture's value at the mesh's texture coordinates `uv`, each channel in [0, 1]. `image` must be the image that
-    /// [`Texture::image`] names. `decode` converts each texel before interpolation: [`linear`] or [`srgb`].
+    /// The texture's value at the mesh's texture coordinates `uv`, each channel in [0, 1], for computations on the CPU, such
+    /// as the powers of textured lights. `image` must be the image that [`Texture::image`] names. `decode` converts each
+    /// texel before interpolation: [`linear`] or [`srgb`].
     pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u8; 4]) -> Vec4) -> Vec4 {
         let size = Vec2::new(image.width as f32, image.height as f32);
         let position = self.transform.transform_point2(uv) * size;
@@ -112,7 +114,8 @@ pub struct LitTexels {
     /// The number of blocks side by side that cover the width of the image.
     columns: usize,
     /// A summed-area table over the blocks, with one entry per corner of a block, in rows of `columns` + 1 entries. Each
-    /// entry is the number of lit blocks (with a texel that is not black) above and left of its corner.
+    /// entry is the number of lit blocks (with a texel that is not black) above and left of its corner. Four entries thus
+    /// give the number of lit blocks in any rectangle of blocks.
     lit_before: Vec<u32>,
 }
 
@@ -147,7 +150,8 @@ impl LitTexels {
     }
 
     /// True if a lookup with `texture` may find a colour other than black at some point of a triangle whose corners have the
-    /// texture coordinates `uvs`. False means that the texture is certainly black on the whole triangle.
+    /// texture coordinates `uvs`. False means that the texture is certainly black on the whole triangle, which is then not a
+    /// light.
     pub fn may_be_seen(&self, texture: &Texture, uvs: [Vec2; 3]) -> bool {
         let size = Vec2::from(self.size.map(|side| side as f32));
         let transform = &texture.transform;

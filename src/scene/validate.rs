@@ -16,8 +16,9 @@ use punctual::check_punctual;
 /// the squares of far larger distances overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
-/// The length of the longest edge of a scene's bounding box below which the scene is refused, in scene units. A scene with
-/// moving instances is not refused, because it may be larger at other times.
+/// The length of the longest edge of a scene's bounding box below which the scene is refused, in scene units. Tests check
+/// pictures of scenes down to twice this size. A scene with moving instances is not refused, because it may be larger at
+/// other times.
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
 /// The ratio of the spacing of f32 numbers to the size of a mesh above which the user gets a notice that f32 stores the mesh
@@ -29,14 +30,14 @@ const COARSE: f64 = 5e-3;
 /// must be finite in f32.
 pub const BRIGHTEST: f32 = 1e12;
 
-/// The largest absolute determinant of a transform at which an instance counts as flat. A flat instance is removed, unless
-/// it moves. Before the determinant is computed, the transform's axes are scaled to lengths near 1, so that small instances
-/// do not count as flat.
+/// The largest absolute determinant of a transform at which an instance counts as flat. A flat instance has no normals, so
+/// it is removed, unless it moves. Before the determinant is computed, the transform's axes are scaled to lengths near 1, so
+/// that small instances do not count as flat.
 const SINGULAR: f64 = 1e-15;
 
 /// True if f32 stores the positions of the mesh too coarsely, because they are much farther from the mesh's origin than from
-/// each other. The result is also true if this holds only for the corners of at least one triangle in ten, as in a mesh of
-/// two parts that are far from each other.
+/// each other. The user then gets a notice. The result is also true if this holds only for the corners of at least one
+/// triangle in ten, as in a mesh of two parts that are far from each other.
 fn is_coarse(mesh: &Mesh) -> bool {
     let step = |furthest: f64| furthest * f64::from(f32::EPSILON);
     let Some(bounds) = mesh.bounds() else {
@@ -58,8 +59,9 @@ fn is_coarse(mesh: &Mesh) -> bool {
     coarse > 0 && 10 * coarse >= mesh.triangles.len()
 }
 
-/// True if every channel is at least 0 and at most `limit`; false if a channel is NaN. The channels are compared one by one,
-/// because the minimum and the maximum of a vector may ignore NaN.
+/// True if every channel is at least 0 and at most `limit`; false if a channel is NaN. A material, punctual light or
+/// environment whose light is not within its limit is refused. The channels are compared one by one, because the minimum and
+/// the maximum of a vector may ignore NaN.
 pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
     color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(limit)).all()
 }
@@ -232,8 +234,8 @@ pub(super) fn check_reach(
     Ok(())
 }
 
-/// True if `matrix` flattens everything onto a plane, a line or a point, so that it cannot transform normals. It is the
-/// matrix of a transform, without the translation.
+/// True if `matrix` flattens everything onto a plane, a line or a point, so that it cannot transform normals and the
+/// instance is not rendered. It is the matrix of a transform, without the translation.
 pub(super) fn is_singular(matrix: DMat3) -> bool {
     // Axes are scaled to a length near 1 first: the product of their lengths may be out of f64's range.
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {
@@ -289,7 +291,7 @@ mod tests {
     use super::*;
     use glam::{DVec3, Vec3};
 
-    /// A scene with one camera and one instance, whose mesh is one triangle of one material.
+    /// A valid scene with one camera and one instance, whose mesh is one triangle of one material. Tests plant faults in it.
     fn scene() -> Scene {
         Scene {
             meshes: vec![Mesh {

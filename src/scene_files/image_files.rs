@@ -1,12 +1,13 @@
-//! Reads the image files of textures. Missing files are errors or, if the user permits them, notices.
+//! Reads the image files of textures. A missing file is an error; if the user permits missing files, it is only a notice,
+//! and the material is rendered without the texture.
 
 use super::progress::{Progress, read_file};
 use super::scene_folder::{SceneFile, SceneFolder, unreadable};
 use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 
-/// The maximum size of an image file, in bytes; a larger file is an error. Even an uncompressed image with the largest
-/// permitted width and height is smaller.
+/// The maximum size of an image file, in bytes. A larger file is an error and is not read, so that it cannot fill the
+/// memory. Even an uncompressed image with the largest permitted width and height is smaller.
 const MAX_BYTES: u64 = 4 << 30;
 
 /// Reads the whole content of an image file, still encoded as PNG, JPEG or WebP. `what` is the element of the scene that

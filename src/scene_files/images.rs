@@ -12,14 +12,16 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::io::Cursor;
 
-/// The largest width and the largest height of an image, in texels. A larger image is an error.
+/// The largest width and the largest height of an image, in texels. A larger image is an error, because a small file can
+/// state any size in its header, and decoding it would fill the memory.
 pub const MAX_SIZE: u32 = 16384;
 
 /// The maximum number of texels of all images of a scene together; more are an error. The limit exists because shaders find
 /// a texel by an index of 32 bits among the texels of all images.
 pub const MAX_TEXELS: u64 = 1 << 32;
 
-/// The size of one texel after decoding, in bytes: one byte for each of red, green, blue and alpha.
+/// The size of one texel after decoding, in bytes: one byte for each of red, green, blue and alpha. From it loaders compute
+/// how much memory images will take.
 pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
 
 /// The maximum number of texels of the images that are decoded at the same time, in parallel: as many as one image of the
@@ -31,18 +33,20 @@ const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
 /// larger when they are decoded.
 const MAX_METADATA: u64 = 16 << 20;
 
-/// The content of a PNG, JPEG or WebP file that is not decoded yet, with two names of the image for messages.
+/// The content of a PNG, JPEG or WebP file that is not decoded yet, with two names of the image for messages. Loaders
+/// collect one for each image of a scene, so that [`decode`] can decode several in parallel.
 pub(super) struct Encoded<'a> {
     /// The element of the scene's file that contains or names the image, such as `image 3`, for messages.
     pub what: String,
     /// The path of the image's file as the scene states it or, for an image without a file, the name of the image in the
-    /// scene's file. It may be empty; messages show it.
+    /// scene's file. It may be empty. Messages show it, and it becomes the name of the decoded image.
     pub name: String,
     /// The whole content of a PNG, JPEG or WebP file. The format is recognised from these bytes, not from the name.
     pub bytes: Cow<'a, [u8]>,
 }
 
-/// The number of texels of those images of a scene that were counted so far. It must not exceed [`MAX_TEXELS`].
+/// The number of texels of those images of a scene that were counted so far. If it exceeds [`MAX_TEXELS`], loading ends with
+/// an error before more memory is taken.
 #[derive(Default)]
 pub(super) struct TexelCount(u64);
 

@@ -10,8 +10,9 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-/// The maximum size of a glTF file, in bytes, not counting buffers and images in files of their own. It is the largest
-/// length that a GLB file can state, because the length in its header has 32 bits.
+/// The maximum size of a glTF file (`.gltf` or `.glb`), in bytes, not counting buffers and images in files of their own; a
+/// larger file is an error. It is the largest length that a GLB file can state, because the length in its header has 32
+/// bits.
 const MAX_BYTES: u64 = u32::MAX as u64;
 
 /// The memory that the scene of an OBJ file is assumed to take, in bytes, is this number times the size of the file. If less

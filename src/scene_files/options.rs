@@ -1,4 +1,5 @@
-//! The user's permissions for loading a scene.
+//! The user's permissions for loading a scene: whether image files may be missing, and whether files outside of the scene's
+//! folder may be opened.
 
 /// The user's permissions for loading a scene from a file. By default nothing is permitted: a missing image file is an
 /// error, and so is a file outside of the scene's folder.

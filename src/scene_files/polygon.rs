@@ -1,4 +1,4 @@
-//! Cuts polygons, such as the faces of an OBJ file, into triangles.
+//! Cuts polygons, such as the faces of an OBJ file, into triangles, because meshes of a scene consist only of triangles.
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -42,7 +42,7 @@ fn is_convex(corners: &[DVec2]) -> bool {
 
 /// A search for the ears of a polygon. A corner is an ear, and can be cut off as a triangle, if its inner angle is below
 /// 180° and no other corner lies in the triangle that it forms with its two neighbours. What was found out about a corner is
-/// stored until a cut can change it. Otherwise each cut would test all pairs of corners again, which takes too long in a
+/// stored until a cut can change it. Without this, each cut would test all pairs of corners again, which takes too long in a
 /// file with thousands of polygons.
 struct Ears<'a> {
     corners: &'a [DVec2],
@@ -52,7 +52,8 @@ struct Ears<'a> {
     known: Vec<Known>,
 }
 
-/// What the search for ears has found out about a corner, so that the corner is not tested again after each cut.
+/// What the search for ears (corners that can be cut off) has found out about a corner, so that the corner is not tested
+/// again after each cut.
 #[derive(Clone, Copy)]
 enum Known {
     Nothing,
@@ -127,14 +128,14 @@ impl<'a> Ears<'a> {
 }
 
 /// Twice the signed area of the triangle `a`, `b`, `c`: positive if the corners run counter-clockwise, negative if they run
-/// clockwise, 0 if they lie on a line.
+/// clockwise, 0 if they lie on a line. The sign tells on which side of the line from `a` to `b` the point `c` is.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// The polygon's corners projected to two dimensions, in the order of `points`, relative to the first corner. The polygon is
-/// projected along the coordinate axis that makes its projected area the largest, and mirrored if needed, so that its
-/// corners run counter-clockwise.
+/// The polygon's corners projected to two dimensions, where convexity and ears are tested. They are in the order of
+/// `points`, relative to the first corner. The polygon is projected along the coordinate axis that makes its projected area
+/// the largest, and mirrored if needed, so that its corners run counter-clockwise.
 fn flatten(points: &[Vec3]) -> Vec<DVec2> {
     let origin = points.first().map_or(DVec3::ZERO, |p| p.as_dvec3());
     let points: Vec<DVec3> = points.iter().map(|p| p.as_dvec3() - origin).collect();
@@ -180,8 +181,8 @@ mod tests {
             .collect()
     }
 
-    /// The six corners of an L-shaped polygon with the area 3, counter-clockwise in 2D. The first corner is the one whose
-    /// inner angle is above 180°.
+    /// The six corners of an L-shaped polygon with the area 3, counter-clockwise in 2D, as a test of concave polygons. The
+    /// first corner is the one whose inner angle is above 180°, so a fan around most of the corners would be wrong.
     const L: [[f32; 2]; 6] = [
         [1.0, 1.0],
         [1.0, 2.0],

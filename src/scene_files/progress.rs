@@ -1,4 +1,4 @@
-//! The progress of loading a scene, which loaders report to a callback of the user.
+//! The progress of loading a scene. Loaders report it to a callback of the user, which can show it and can end the loading.
 
 use super::scene_folder::{SceneFile, unreadable};
 use crate::base::input_files;
@@ -6,7 +6,8 @@ use crate::{Error, Result};
 use std::fs::File;
 use std::io::Read;
 
-/// What the loader of a scene does when it reports progress. It determines the unit of the numbers in the report.
+/// What the loader of a scene does when it reports progress. The callback needs it to show the numbers of the report with
+/// their unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The loader reads the scene's file and the files that it names. Progress and total are numbers of bytes.
@@ -21,7 +22,8 @@ pub enum Step {
 pub type Watch<'a> = dyn FnMut(Step, u64, u64) -> Result<()> + 'a;
 
 /// The callback that receives the progress of loading a scene, and the two numbers of bytes that are reported to it: the
-/// bytes read so far, and the total size of all files of the scene that are known so far.
+/// bytes read so far, and the total size of all files of the scene that are known so far. All readers of files share it, so
+/// that the numbers count the bytes of all of them.
 pub(super) struct Progress<'a> {
     watch: &'a mut Watch<'a>,
     read: u64,

@@ -16,7 +16,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 
 /// The flags with which the folders on the path to a file are opened. The flag `PATH` exists only on Linux. With it, the
-/// user needs the right to pass through a folder, but not the right to list its files.
+/// user needs the right to pass through a folder, but not the right to list its files; on other systems both are needed.
 #[cfg(target_os = "linux")]
 const THROUGH: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
 #[cfg(not(target_os = "linux"))]
@@ -30,7 +30,8 @@ pub(super) struct SceneFolder<'a> {
     pub options: Options,
 }
 
-/// A plain file that a scene names, opened for reading. A folder, a pipe, a socket or a device is an error.
+/// A plain file that a scene names, opened for reading; a loader reads its content. A folder, a pipe, a socket or a device
+/// is an error.
 pub(super) struct SceneFile {
     pub file: File,
     /// The size of the file in bytes, at the time when it was opened.
@@ -43,7 +44,8 @@ pub(super) struct SceneFile {
     pub name: PathBuf,
 }
 
-/// The result of the search for a file under one or more possible paths.
+/// The result of the search for a file under one or more possible paths. The caller decides with it whether to read the
+/// file, to continue without it, or to return an error.
 enum Lookup {
     Found(SceneFile),
     Missing,
@@ -160,8 +162,8 @@ impl Lookup {
     }
 }
 
-/// True if this kind of error, which an attempt to open a file returned, means that the file does not exist. A path that is
-/// too long for the system counts too, since no file can have it.
+/// True if this kind of error, which an attempt to open a file returned, means that the file does not exist; the search then
+/// tries the next possible path of the file. A path that is too long for the system counts too, since no file can have it.
 fn is_absence(kind: ErrorKind) -> bool {
     matches!(
         kind,
@@ -177,7 +179,7 @@ pub(super) fn unreadable(what: &str, name: &Path, cause: &dyn std::fmt::Display)
 }
 
 /// Resolves `.` and `..` in a relative path by its text alone. `None` if the path is absolute or leads out of the folder to
-/// which it is relative.
+/// which it is relative; such a path is not opened without the user's permission.
 fn normalized(path: &Path) -> Option<PathBuf> {
     let mut plain = PathBuf::new();
     for part in path.components() {

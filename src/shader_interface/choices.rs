@@ -1,5 +1,5 @@
-//! Enumerations that settings and shaders share. Each is declared once, in Rust; each variant becomes a `uint` constant in
-//! GLSL.
+//! Enumerations that settings and shaders share: the user selects a variant, and shaders follow it. Each enumeration is
+//! declared once, in Rust; each variant becomes a `uint` constant in GLSL.
 
 crate::gpu_enum! {
     /// The MIS heuristic of path tracing. It weighs the two techniques that find the light of an emitter: light samples, and
@@ -18,8 +18,9 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// The MIS weights of a merge. They divide each sample's contribution among the reservoirs that could have drawn this
-    /// sample.
+    /// The MIS weights of a merge, which selects one sample from the reservoirs of a pixel, of its neighbours or of the
+    /// previous frame. The weights divide each sample's contribution among the reservoirs that could have drawn this sample.
+    /// They decide on bias, noise and cost.
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Mis {
@@ -95,8 +96,8 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// The contents of a reservoir in memory. With the compact format, shaders read more from the scene when they unpack a
-    /// reservoir; the full format needs more memory.
+    /// The contents of a reservoir in memory. The choice changes speed and memory: with the compact format, shaders read
+    /// more from the scene when they unpack a reservoir; the full format needs more memory.
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Format {

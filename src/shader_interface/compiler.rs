@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// The texts of GLSL files. The key of a text is the path that `#include` uses, such as `core/random.glsl` or
-/// `passes/primary.comp`.
+/// The texts of GLSL files, among which [`compile`] finds the files that a shader includes. The key of a text is the path
+/// that `#include` uses, such as `core/random.glsl` or `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
 
 /// The only compiler of the process, or a message why it could not be made. It is never dropped: when the last compiler is
@@ -109,7 +109,8 @@ pub fn compile(
     compile_with(name, source, includes, defines, Debug::Names)
 }
 
-/// Compiles one compute shader as [`compile`] does; `debug` selects the amount of debug information in the result.
+/// Compiles one compute shader with the text `source` to SPIR-V words, as [`compile`] does with `Debug::Names`; `debug`
+/// selects the amount of debug information in the result.
 ///
 /// # Errors
 /// The errors of [`compile`].

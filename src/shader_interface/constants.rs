@@ -8,15 +8,15 @@ crate::gpu_constants! {
     /// invocation. Workgroups that go through a list have `TILE` × `TILE` invocations too.
     pub const TILE: u32 = 8;
     /// The number of rays that one workgroup of the pass `trace_rays` traces, one ray per invocation. This pass traces the
-    /// rays of a buffer, for tests and benchmarks.
+    /// rays of a buffer, for tests and benchmarks, and to measure how far the light of emitters reaches.
     pub const RAYS_PER_GROUP: u32 = 64;
     /// The perceptual roughness below which a specular lobe is treated as a perfect mirror. The GGX peak of such a lobe is
     /// so narrow that half vectors in f32 do not resolve it.
     pub const MIRROR_ROUGHNESS: f32 = 0.01;
     /// Alpha mode of an opaque material: its alpha has no effect, and every ray that hits it ends.
     pub const ALPHA_OPAQUE: u32 = 0;
-    /// Alpha mode of a material with holes: its surface is opaque where its alpha is at least a threshold, and absent
-    /// elsewhere.
+    /// Alpha mode of a material with holes: its surface is opaque where its alpha is at least the threshold
+    /// `GpuMaterial::alpha`, and absent elsewhere.
     pub const ALPHA_MASK: u32 = 1;
     /// Alpha mode of a partly transparent material. Its alpha, in [0, 1], is the fraction of light that the surface stops or
     /// reflects; the remaining light passes through.
@@ -39,36 +39,45 @@ crate::gpu_constants! {
     /// is bent towards the viewer. Otherwise a visible surface whose shading normal points away from the viewer would be
     /// black.
     pub const MIN_FACING: f32 = 0.01;
-    /// The number of cells along each of the two sides of the table of the directional albedo. The directional albedo is the
-    /// fraction of light that the specular lobe reflects, for a cosine of the view direction and a roughness. Shaders use it
-    /// to add the energy that single scattering loses. More cells make the table more precise; per side it has one node more
-    /// than cells.
+    /// The number of cells along each of the two sides of the table of the directional albedo; per side it has one node more
+    /// than cells. The directional albedo is the fraction of light that the specular lobe reflects, for a cosine of the view
+    /// direction and a roughness. Shaders use it to add the energy that single scattering loses. More cells make the table
+    /// more precise.
     pub const ALBEDO_CELLS: u32 = 64;
-    /// The number of 32-bit words of a reservoir of direct light in the compact format.
+    /// The number of 32-bit words of a reservoir of direct light in the compact format, which stores the weight and the
+    /// confidence, the light, and the point on it. The sizes of the buffers of reservoirs follow from it.
     pub const DIRECT_COMPACT_WORDS: u32 = 4;
-    /// The number of 32-bit words of a reservoir of direct light in the full format.
+    /// The number of 32-bit words of a reservoir of direct light in the full format, which also stores position, normal and
+    /// emission at the point on the light. The sizes of the buffers of reservoirs follow from it.
     pub const DIRECT_FULL_WORDS: u32 = 11;
-    /// The number of 32-bit words of a reservoir of indirect light in the compact format.
+    /// The number of 32-bit words of a reservoir of indirect light in the compact format, which stores the weight and the
+    /// confidence, the second vertex of the path, and how the path continues. The sizes of the buffers of reservoirs follow
+    /// from it.
     pub const INDIRECT_COMPACT_WORDS: u32 = 8;
-    /// The number of 32-bit words of a reservoir of indirect light in the full format.
+    /// The number of 32-bit words of a reservoir of indirect light in the full format, which also stores position, normals
+    /// and material index at the path's second vertex. The sizes of the buffers of reservoirs follow from it.
     pub const INDIRECT_FULL_WORDS: u32 = 15;
-    /// The number of 32-bit words that a reservoir stores in addition for debug AOVs: the pixel that drew the sample, the
-    /// solid angle of the sample as seen from the surface of that pixel, and the number of neighbours that the pixel merged.
+    /// The number of 32-bit words that a reservoir stores in addition if the renderer is made to show its data in debug
+    /// AOVs: the pixel that drew the sample, the solid angle of the sample as seen from the surface of that pixel, and the
+    /// number of neighbours that the pixel merged.
     pub const DEBUG_WORDS: u32 = 3;
     /// The number of 32-bit words of [`SampleData`](crate::SampleData), the packed surface that the camera sees in a pixel.
+    /// Shaders use it only to count the memory that they read and write.
     pub const SAMPLE_DATA_WORDS: u32 = 8;
     /// The number of 32-bit words of [`PixelSums`](crate::PixelSums), the sums of radiance over the samples of a pixel.
+    /// Shaders use it only to count the memory that they read and write.
     pub const PIXEL_SUMS_WORDS: u32 = 12;
-    /// The number of 32-bit words of a pilot: the stored hit of a pixel's first BSDF ray, which direct and indirect light
-    /// share.
+    /// The number of 32-bit words of a pilot: the stored hit of a pixel's first BSDF ray. It is a candidate of direct light
+    /// and the first segment of a path of indirect light, so that one ray serves both.
     pub const PILOT_WORDS: u32 = 5;
     /// The number of 32-bit words at the beginning of a light list (lights that one pixel of a tile draws for the pixels
     /// near it). They store the surface point of that pixel: position, normal, direction to the viewer, and a summary of the
-    /// BSDF. The entries of the list come after them.
+    /// BSDF. Pixels need them to compute the density with which the list draws a light. The entries of the list come after
+    /// them.
     pub const LIST_CONTEXT_WORDS: u32 = 14;
-    /// The size of a node of the light BVH (`GpuLightNode`), measured in entries (`GpuLightEntry`). One buffer contains
-    /// first all nodes and then all entries. Seen as an array of entries, its first entry therefore has the index
-    /// `NODE_ENTRIES` × number of nodes.
+    /// The size of a node of the light BVH (`GpuLightNode`), a tree from which lights are drawn, measured in entries
+    /// (`GpuLightEntry`). One buffer contains first all nodes and then all entries. Seen as an array of entries, its first
+    /// entry therefore has the index `NODE_ENTRIES` × number of nodes.
     pub const NODE_ENTRIES: u32 = 5;
     /// Kind of a light sample: no light was sampled, for example because a ray hit no light.
     pub const LIGHT_NONE: u32 = 0;
@@ -89,7 +98,8 @@ crate::gpu_constants! {
     /// light together. The index is in the bits below it.
     pub const LIGHT_KIND_SHIFT: u32 = 29;
     /// The mask of the bits of a light's index in a 32-bit word that stores the kind and the index of a light together. The
-    /// number of its bits limits the number of lights, and of texels of the environment, to 2²⁹.
+    /// number of its bits limits the number of lights, and of texels of the environment, to 2²⁹; a scene with more emissive
+    /// triangles is an error.
     pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
     /// The index of the lowest bit of a path's kind in a word of a reservoir of indirect light. The kind tells how the path
     /// continues from its second vertex, for example directly to a light. The bits below it are the index of the instance at
@@ -137,14 +147,15 @@ crate::gpu_constants! {
     /// larger block makes the grid cheaper, but then the grid contains fewer reservoirs.
     pub const GRID_BLOCK: u32 = 4;
     /// The maximum number of reservoirs of the hash grid that a pixel merges. The shader stores their indices in an array of
-    /// this length.
+    /// this length, so the setting `hash_grid.merged` must not be larger.
     pub const MAX_GRID_MERGED: u32 = 16;
     /// The number of low bits, in an entry of a list of world reservoirs, that store the index of a path vertex plus 1. The
-    /// higher bits are random: if two vertices write to the same position of the list, the larger entry stays. There must be
-    /// fewer than 2²⁷ path vertices per frame.
+    /// higher bits are random: if two vertices write to the same position of the list, the larger entry stays. If a frame
+    /// would have 2²⁷ path vertices or more, the program refuses the settings with an error.
     pub const WORLD_VERTEX_BITS: u32 = 27;
-    /// The maximum number of world reservoirs that a path vertex merges. The shader stores their indices in an array of this
-    /// length.
+    /// The maximum number of world reservoirs (light samples that path vertices of the previous frame stored) that a path
+    /// vertex merges. The shader stores their indices in an array of this length, so the setting `world_reservoirs.merged`
+    /// must not be larger.
     pub const MAX_WORLD_MERGED: u32 = 16;
     /// The number of consecutive values that one workgroup of a prefix sum adds up. Prefix sums compute where the list of
     /// each cell of world reservoirs begins.
@@ -153,35 +164,38 @@ crate::gpu_constants! {
     /// values.
     pub const PREFIX_GROUP: u32 = 128;
     /// The maximum radiance that one sample may add to a pixel, in the device's unit, in which the brightest light has a
-    /// radiance from 1 to 2. Larger values are rejected and counted. The limit is far above the brightest light, because
-    /// samples with a low density have large weights. It is low enough that the sum of the squares of millions of samples is
-    /// finite in f32.
+    /// radiance from 1 to 2. Larger values are replaced by 0 and counted as faults. The limit is far above the brightest
+    /// light, because samples with a low density have large weights. It is low enough that the sum of the squares of
+    /// millions of samples is finite in f32.
     pub const MAX_RADIANCE: f32 = 1e15;
     /// The brightness, in [0, 1] of the display, up to which the tone curve changes nothing. The curve compresses brighter
     /// values, so that they stay within the range of the display.
     pub const TONE_KNEE: f32 = 0.8;
     /// The strength with which the tone curve turns very bright colours towards white. 0: colours never turn towards white.
     pub const TONE_DESATURATION: f32 = 0.15;
-    /// Index of the counter of values that shaders rejected because of a fault: radiance that is NaN, negative or above
-    /// `MAX_RADIANCE`, and weights of reservoirs that are NaN, negative or infinite. On a correct scene it should stay 0.
+    /// Index of the counter of values that shaders replaced by 0 because of a fault: radiance that is NaN, negative or above
+    /// `MAX_RADIANCE`, and weights of reservoirs that are NaN, negative or infinite. If it is above 0, commands that render
+    /// a picture print a notice, because light is missing.
     pub const COUNTER_REJECTED: u32 = 0;
     /// Index of the counter of invocations in which the driver ended a loop too early. If it is above 0, the command ends
     /// with an error, because light is missing in the picture.
     pub const COUNTER_CUT_SHORT: u32 = 1;
-    /// Index of the counter of all rays that the pass traced.
+    /// Index of the counter of all rays that the pass traced, which profiles show as the work of the pass.
     pub const COUNTER_RAYS: u32 = 2;
     /// Index of the counter of lanes (invocations of a subgroup) that trace a ray. The counter with the next index counts
-    /// all lanes of the same subgroups, also idle ones. The ratio of the two is the fraction of lanes in use.
+    /// all lanes of the same subgroups, also idle ones. Profiles show the ratio of the two: the fraction of lanes in use.
     pub const COUNTER_TRACE_LANES: u32 = 3;
     /// Index of the counter of lanes (invocations of a subgroup) that evaluate a target function in a merge. The counter
-    /// with the next index counts all lanes of the same subgroups, also idle ones. The ratio of the two is the fraction of
-    /// lanes in use.
+    /// with the next index counts all lanes of the same subgroups, also idle ones. Profiles show the ratio of the two: the
+    /// fraction of lanes in use.
     pub const COUNTER_MERGE_LANES: u32 = 5;
     /// Index of the counter of reservoirs that pixels and path vertices merged with their own: reservoirs of neighbours, of
-    /// the previous frame, and world reservoirs. Reservoirs of the hash grid are not counted.
+    /// the previous frame, and world reservoirs. Profiles show it as a measure of reuse. Reservoirs of the hash grid are not
+    /// counted.
     pub const COUNTER_NEIGHBOURS: u32 = 7;
     /// Index of the counter of path vertices whose world reservoir cannot be reused in the next frame, because the table has
-    /// no slot for their cell, or because another vertex takes their random position in the list of the cell.
+    /// no slot for their cell, or because another vertex takes their random position in the list of the cell. Profiles show
+    /// it, because dropped reservoirs mean more noise, but no bias.
     pub const COUNTER_DROPPED: u32 = 8;
     /// Index of the counter of 32-bit words that the pass read from buffers with an entry per pixel (primary surfaces,
     /// colour and its sums), reservoirs, pilots, light lists and world reservoirs. Reads of the scene and of tables are not
@@ -190,13 +204,14 @@ crate::gpu_constants! {
     /// Index of the counter of 32-bit words that the pass wrote to buffers with an entry per pixel (primary surfaces, colour
     /// and its sums), reservoirs, pilots, light lists and world reservoirs.
     pub const COUNTER_WRITTEN: u32 = 10;
-    /// Index of the counter of rays that hit a surface, among all rays that the pass traced.
+    /// Index of the counter of rays that hit a surface, among all rays that the pass traced. Profiles show it as a fraction
+    /// of these rays.
     pub const COUNTER_HITS: u32 = 11;
     /// Index of the counter of path vertices that stored a world reservoir in this frame. A world reservoir is a light
     /// sample of a path vertex, which vertices in the same cell of space merge in the next frame.
     pub const COUNTER_VERTICES: u32 = 12;
     /// Index of the counter of cells of space in the table of world reservoirs that contain at least one path vertex in this
-    /// frame.
+    /// frame. Profiles show it, since more vertices per cell mean more samples to reuse.
     pub const COUNTER_CELLS: u32 = 13;
     /// Index of the counter of the slots for cells in the table of world reservoirs, occupied or not. The size of the table
     /// is added once per frame, so that the ratio of cells to slots tells how full the table is.

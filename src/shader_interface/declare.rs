@@ -35,8 +35,8 @@ where
     const LENGTH: usize = N;
 }
 
-/// One member of a structure that Rust and GLSL share. Tests check that its offset in Rust is equal to its offset in the
-/// compiled shaders (SPIR-V).
+/// One member of a structure that Rust and GLSL share. The GLSL text of the structure is generated from its members. Tests
+/// check that the offset of each in Rust is equal to its offset in the compiled shaders (SPIR-V).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Member {
     /// The name of the member in Rust and GLSL.
@@ -50,7 +50,7 @@ pub struct Member {
 }
 
 /// The layout of a structure that [`gpu_struct!`](crate::gpu_struct) declared. The GLSL text of the structure is generated
-/// from it.
+/// from it, and tests compare it with the compiled shaders (SPIR-V).
 #[derive(Clone, Copy, Debug)]
 pub struct StructLayout {
     /// The name of the structure in Rust and GLSL.
@@ -77,9 +77,10 @@ impl StructLayout {
     }
 }
 
-/// A structure that [`gpu_struct!`](crate::gpu_struct) declared for both Rust and GLSL.
+/// A structure that [`gpu_struct!`](crate::gpu_struct) declared for both Rust and GLSL, so that its bytes can be copied to a
+/// buffer that shaders read.
 pub trait GpuStruct: bytemuck::Pod {
-    /// The name, the size and the members of the structure.
+    /// The name, the size and the members of the structure, from which its GLSL text is generated.
     const LAYOUT: StructLayout;
 }
 
@@ -113,8 +114,8 @@ macro_rules! gpu_struct {
     };
 }
 
-/// Declares `u32` and `f32` constants for Rust and GLSL. It also declares the function `constants_glsl`, which returns their
-/// GLSL text.
+/// Declares `u32` and `f32` constants for Rust and GLSL, so that both languages have the same values. It also declares the
+/// function `constants_glsl`, which returns their GLSL text.
 #[macro_export]
 macro_rules! gpu_constants {
     ($($(#[$meta:meta])* pub const $name:ident: $type:ident = $value:expr;)*) => {
@@ -134,8 +135,8 @@ macro_rules! gpu_constants {
     };
 }
 
-/// Declares an enumeration for Rust and GLSL. In GLSL its variants are `uint` constants named `ENUMERATION_VARIANT`, whose
-/// values count from 0 in the order of declaration.
+/// Declares an enumeration for Rust and GLSL, so that Rust can pass a variant to a shader as its index. In GLSL the variants
+/// are `uint` constants named `ENUMERATION_VARIANT`, whose values count from 0 in the order of declaration.
 #[macro_export]
 macro_rules! gpu_enum {
     ($(#[$meta:meta])* pub enum $name:ident {
@@ -167,7 +168,8 @@ macro_rules! gpu_enum {
     };
 }
 
-/// A type that the value of a specialisation constant can have. Vulkan receives the value as one 32-bit word.
+/// A type that the value of a specialisation constant (a constant that is set when the pipeline of a shader is made) can
+/// have. Vulkan receives the value as one 32-bit word.
 pub trait SpecialisationValue {
     /// The name of the GLSL type: `uint` or `bool`.
     const GLSL: &'static str;
@@ -190,8 +192,8 @@ impl SpecialisationValue for bool {
     }
 }
 
-/// A specialisation constant of a shader, with its value. [`gpu_specialisation!`](crate::gpu_specialisation) makes one for
-/// each field of its structure.
+/// A specialisation constant of a shader, with its value, which Vulkan receives when the pipeline of the shader is made.
+/// [`gpu_specialisation!`](crate::gpu_specialisation) makes one for each field of its structure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SpecialisationConstant {
     /// The name of the constant in GLSL: the name of its field in capitals.

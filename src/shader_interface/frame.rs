@@ -5,7 +5,8 @@ use crate::TILE;
 use glam::{UVec2, Vec2, Vec3};
 
 crate::gpu_struct! {
-    /// A pinhole camera. Shaders compute primary rays from it, and project points to the picture with it.
+    /// A pinhole camera. Shaders compute primary rays from it, and project points to the picture with it, for example to
+    /// find where a surface was in the previous frame.
     pub struct GpuCamera {
         /// Position of the camera relative to the scene's origin, in the device's unit of length.
         pub position: Vec3,
@@ -33,7 +34,8 @@ crate::gpu_struct! {
         /// GPU. Shaders distribute the workgroups of each range over the whole picture, so that no thread gets only easy
         /// parts such as the sky.
         pub interleave: u32,
-        /// Seed of the run. Together with frame, pixel and random stream it determines all random numbers.
+        /// Seed of the run. Together with frame, pixel and random stream it determines all random numbers, so that a run can
+        /// be repeated.
         pub seed: u32,
         /// Maximum number of scattering events of a path. 0: only emitters that the camera sees directly are visible; 1:
         /// direct light is added; more: indirect light is added.
@@ -63,7 +65,8 @@ crate::gpu_struct! {
         /// The MIS heuristic that weighs light samples against BSDF rays: the index of a variant of
         /// [`Heuristic`](crate::Heuristic).
         pub heuristic: u32,
-        /// 1: direct light, which was scattered exactly once, is left out of the picture; 0: the picture contains all light.
+        /// 1: direct light, which was scattered exactly once, is left out of the picture, because the settings switch direct
+        /// light off; 0: the picture contains all light.
         pub without_direct_light: u32,
     }
 }
@@ -92,7 +95,7 @@ crate::gpu_struct! {
         /// reservoir. A larger value means less noise, but errors of older frames stay longer.
         pub temporal_confidence_cap: f32,
         /// Maximum confidence with which a neighbour's reservoir enters a merge; 1 is the confidence of an initial
-        /// reservoir.
+        /// reservoir. A larger value gives neighbours more weight against the pixel's own reservoir.
         pub spatial_confidence_cap: f32,
         /// Maximum number of neighbours that a spatial pass merges in a pixel with a history. A pixel has a history if its
         /// reservoir already contains the reservoir of the previous frame. For pixels without a history, the specialisation
@@ -105,9 +108,11 @@ crate::gpu_struct! {
         /// Maximum number of random pixels that the search for neighbours tries for each wanted neighbour. If it is above 1,
         /// the search tries another pixel after one whose surface is too different.
         pub tries: u32,
-        /// Radius, in pixels, of the disc around a pixel in which its neighbours are searched.
+        /// Radius, in pixels, of the disc around a pixel in which its neighbours are searched. In a larger disc, more
+        /// neighbours have surfaces that are too different to share samples.
         pub radius: f32,
-        /// Minimum cosine between the normals of two surfaces that may reuse each other's samples.
+        /// Minimum cosine between the normals of two surfaces that may reuse each other's samples. Surfaces with a smaller
+        /// cosine do not reuse them, because they would rarely fit.
         pub min_normal_cosine: f32,
         /// Maximum difference between the distances of two surfaces from the camera, as a fraction of the distance of the
         /// pixel's own surface. Surfaces with a larger difference do not reuse each other's samples.
@@ -136,7 +141,8 @@ crate::gpu_struct! {
         pub sources: u32,
         /// Maximum number of reservoirs in each bin of a cell, among which pixels select at random.
         pub reservoirs: u32,
-        /// Number of light candidates from which the sample of each reservoir of the grid is selected.
+        /// Number of light candidates from which the sample of each reservoir of the grid is selected. More candidates mean
+        /// less noise.
         pub candidates: u32,
         /// Maximum number of reservoirs of the grid that a pixel merges with its own light samples.
         pub merged: u32,
@@ -150,8 +156,9 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Device addresses of the two buffers that store the world reservoirs of one frame. They are zero in shader variants
-    /// that access these buffers by bindings instead of addresses.
+    /// Device addresses of the two buffers that store the world reservoirs of one frame (light samples of path vertices),
+    /// for the vertices of the next frame. They are zero in shader variants that access these buffers by bindings instead of
+    /// addresses.
     pub struct WorldAddresses {
         /// Address of the array of `GpuGridPoint` (surface points), with one entry per path vertex; x is the lower and y the
         /// upper word.
@@ -190,7 +197,8 @@ crate::gpu_struct! {
         /// of its diffuse albedo is at most 0.01, or if its shading normal differs from its geometric normal.
         pub keeps_merged: u32,
         /// Number of vertices per path that store and merge world reservoirs, beginning with the path's second vertex (the
-        /// surface that the first ray hits after the surface that the camera sees).
+        /// surface that the first ray hits after the surface that the camera sees). Later vertices use only their own light
+        /// samples.
         pub depth: u32,
         /// Number of path vertices that may store a world reservoir in a frame: `depth` × `RestirConstants::slots`. The
         /// buffers of a frame have one entry for each of them.
@@ -198,14 +206,16 @@ crate::gpu_struct! {
         /// Number of buckets of the hash table that maps the key of a cell to the cell's list of vertices. It is a power of
         /// two, because the shaders mask keys to find a bucket.
         pub buckets: u32,
-        /// Number of slots in each bucket of the hash table; each slot can store one cell.
+        /// Number of slots in each bucket of the hash table; each slot can store one cell. If more cells than this belong to
+        /// a bucket, the next frame cannot reuse the reservoirs of the cells without a slot.
         pub bucket_slots: u32,
     }
 }
 
 crate::gpu_struct! {
-    /// Push constants for one level of a prefix sum in a buffer. A level is an array of values, which is divided into blocks
-    /// of `PREFIX_BLOCK` values. The sums of these blocks are the values of the next level.
+    /// Push constants for one level of a prefix sum in a buffer, which finds where the list of each cell of world reservoirs
+    /// begins. A level is an array of values, which is divided into blocks of `PREFIX_BLOCK` values. The sums of these
+    /// blocks are the values of the next level.
     pub struct PrefixLevel {
         /// Index in the buffer of the first value of the level.
         pub first: u32,
@@ -240,10 +250,11 @@ crate::gpu_struct! {
         pub frame: u32,
         /// Limit for sharing a path between two surface points. A unit of area at the path's second vertex has a different
         /// solid angle as seen from each of the points; if the ratio of the larger to the smaller is above the limit, the
-        /// path is not shared. Below 1: no limit.
+        /// path is not shared, because it could become an outlier. Below 1: no limit.
         pub jacobian_limit: f32,
         /// Minimum distance between a surface point and the second vertex of a path that it reuses, as a fraction of the
-        /// point's distance from the camera. Paths with a closer second vertex are not shared.
+        /// point's distance from the camera. Paths with a closer second vertex are not shared, because they cause outliers
+        /// in corners. 0: no limit.
         pub min_distance: f32,
         /// Number of BSDF rays that each pixel traces per frame as candidates of direct light.
         pub bsdf_samples: u32,
@@ -254,8 +265,8 @@ crate::gpu_struct! {
         /// there are neither. The brightness of what a pilot (the first BSDF ray of a pixel) found is divided by it, to
         /// decide about additional BSDF rays.
         pub mean_light_luminance: f32,
-        /// Number of nodes of the light BVH. The entries of the light BVH (`GpuLightEntry`) come after the nodes in the same
-        /// buffer.
+        /// Number of nodes of the light BVH, a tree from which light samples are drawn; a walk through the tree ends after
+        /// them. The entries of the light BVH (`GpuLightEntry`) come after the nodes in the same buffer.
         pub light_node_count: u32,
         /// 1: the light BVH joins lights that are far from a point into groups, so that it finds every one of its lights at
         /// every point. 0: it finds a light only at points inside the box of influence of the light's leaf, outside of which
@@ -293,8 +304,9 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// The rows of the picture that a dispatch works on. A large picture is divided into such strips, and the buffers of the
-    /// pass contain the pixels of one strip only.
+    /// The rows of the picture that a dispatch works on. A large picture is divided into such strips, one dispatch after the
+    /// other. The buffers of the pass contain the pixels of one strip only, so that they stay within the limits of the
+    /// device.
     pub struct Strip {
         /// Index of the first row of the strip, counted from the top of the picture.
         pub first_row: u32,

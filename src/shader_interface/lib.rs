@@ -40,8 +40,9 @@ pub use variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 
 use declare::{GpuStruct, StructLayout};
 
-/// The layout of every structure that Rust and the shaders share, in the order in which the GLSL text declares them: each
-/// structure comes after the structures that it contains.
+/// The layout of every structure that Rust and the shaders share. The GLSL text of the structures is generated from it, and
+/// tests compare it with the compiled shaders. In this order the GLSL text declares the structures: each comes after those
+/// that it contains.
 pub const STRUCTS: &[StructLayout] = &[
     SceneTable::LAYOUT,
     GpuInstance::LAYOUT,

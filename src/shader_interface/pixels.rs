@@ -55,8 +55,8 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// The sum of the radiance of a pixel's samples and the sum of their squared radiance, RGB, in the device's unit of
-    /// radiance and in its square. Each sum is stored as two floats, the rounded sum and its rounding error, so that the
-    /// error of f32 does not grow with the number of samples.
+    /// radiance and in its square. The pixel's mean and its standard error are computed from them. Each sum is stored as two
+    /// floats, the rounded sum and its rounding error, so that the error of f32 does not grow with the number of samples.
     pub struct PixelSums {
         /// Sum of the radiance of all samples, rounded to f32.
         pub sum: Vec3,
@@ -71,7 +71,8 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// Push constants of the pass `accumulate`, which adds the radiance of a frame to the sums of each pixel. They select
-    /// consecutive pixels of the picture, in the order row by row from the top.
+    /// consecutive pixels of the picture, in the order row by row from the top, because one buffer of sums may be too small
+    /// for the whole picture.
     pub struct PixelRange {
         /// Index in the picture of the first pixel of the range. Its sums are the first entry of the buffer of sums.
         pub first_pixel: u32,
@@ -81,8 +82,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// The surface that the camera sees through the centre of a pixel, not packed, for AOVs and denoisers. All fields but
-    /// `motion` have special values for a miss, where the pixel shows no surface.
+    /// The surface that the camera sees through the centre of a pixel, not packed, for AOVs (additional pictures) and
+    /// denoisers. All fields but `motion` have special values for a miss, where the pixel shows no surface.
     pub struct PrimarySurface {
         /// Fraction of light that the surface reflects, RGB: the sum of diffuse and specular albedo, by which a denoiser
         /// divides radiance; 0 = miss.
@@ -95,8 +96,8 @@ crate::gpu_struct! {
         /// Index in the scene of the instance that the camera sees; NONE = miss.
         pub instance: u32,
         /// Motion vector in pixels, to the right and down: the position of the surface point in the previous picture minus
-        /// that in the current picture. A miss is treated as a point at infinite distance. 0 if the point is, or was in the
-        /// previous frame, behind the camera.
+        /// that in the current picture. With it, a denoiser finds the same point in the previous picture. A miss is treated
+        /// as a point at infinite distance. 0 if the point is, or was in the previous frame, behind the camera.
         pub motion: Vec2,
     }
 }
@@ -121,7 +122,8 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// The light sample that a path vertex stores in a world reservoir. World reservoirs are reservoirs of direct light in
-    /// cells of space; path vertices in the same cell merge them in the next frame.
+    /// cells of space. In the next frame, path vertices in the same cell merge this sample with their own light sample, so
+    /// that their noise is lower.
     pub struct GpuWorldSample {
         /// Unbiased contribution weight, an estimate of one over the density of the sample. The density is per area for
         /// triangles, per solid angle for the environment, and a probability for punctual lights. 0 = the reservoir is

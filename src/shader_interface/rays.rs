@@ -4,8 +4,8 @@
 use glam::Vec3;
 
 crate::gpu_struct! {
-    /// One ray that the pass `trace_rays` traces. Points on the ray are `origin` + t · `direction`, where t is the ray
-    /// parameter.
+    /// One ray that the pass `trace_rays` traces: for a test or a benchmark of a tracer, or to measure how far the light of
+    /// an emitter reaches. Points on the ray are `origin` + t · `direction`, where t is the ray parameter.
     pub struct RayQuery {
         /// Origin of the ray, relative to the scene's origin. In scene units in a list of rays that the caller makes, in
         /// device units in the buffer.
@@ -21,7 +21,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// The result of one [`RayQuery`]. It has the same index in the list of results as the ray in the list of rays.
+    /// The result of one [`RayQuery`]: what the ray hit, and where. It has the same index in the list of results as the ray
+    /// in the list of rays.
     pub struct RayHit {
         /// Ray parameter t of the hit, measured in lengths of the ray's direction; −1 = no hit. If `RayQuery::any` is 1,
         /// only its sign has a meaning: hit or no hit.
@@ -31,9 +32,9 @@ crate::gpu_struct! {
         /// Index of the hit triangle among the triangles of the instance's mesh, in the order in which the device stores
         /// them. Without meaning for a miss.
         pub primitive: u32,
-        /// Barycentric weight, in [0, 1], of the second corner of the triangle at the hit point.
+        /// Barycentric weight, in [0, 1], of the second corner of the triangle at the hit point. Without meaning for a miss.
         pub u: f32,
-        /// Barycentric weight, in [0, 1], of the third corner of the triangle at the hit point.
+        /// Barycentric weight, in [0, 1], of the third corner of the triangle at the hit point. Without meaning for a miss.
         pub v: f32,
         /// If `RayQuery::any` is 1, the fraction, in [0, 1], of light that passes from one end of the ray to the other
         /// through partly transparent surfaces. If `RayQuery::any` is 0, it is 0 for a hit and has no meaning for a miss.

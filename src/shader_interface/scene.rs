@@ -5,13 +5,15 @@
 use glam::{UVec2, UVec3, Vec2, Vec3};
 
 crate::gpu_struct! {
-    /// A mesh that an affine transform places in the world. The same mesh can have several instances.
+    /// A mesh that an affine transform places in the world. The same mesh can have several instances. When a ray hits an
+    /// instance, shaders find with these data the triangle's vertices, material and light.
     pub struct GpuInstance {
         /// Columns of the 3×4 matrix that transforms the stored positions of the mesh to world space: three axes, then the
-        /// translation.
+        /// translation. Stored positions are those in the buffer `positions`; a mesh of extreme size is stored scaled, and a
+        /// mesh far from its own origin is stored translated, so that f32 is precise enough.
         pub object_to_world: [Vec3; 4],
-        /// Columns of the 3×4 matrix that transforms positions in world space to the space of the mesh's stored positions:
-        /// three axes, then the translation.
+        /// Columns of the 3×4 matrix that transforms positions in world space to the space of the mesh's stored positions
+        /// (those in the buffer `positions`): three axes, then the translation.
         pub world_to_object: [Vec3; 4],
         /// Index of the mesh's first triangle in the buffer `positions`, counted in triangles; the mesh's other triangles
         /// follow.
@@ -50,7 +52,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A material in the buffer `materials`: the values of its BSDF, its textures and its alpha.
+    /// A material in the buffer `materials`: the values of its BSDF, its textures and its alpha. Shaders compute with it how
+    /// the surface at a hit reflects light, and whether a ray passes through.
     pub struct GpuMaterial {
         /// Linear RGB base colour in [0, 1]: the albedo of the diffuse lobe, and the reflectance of a metal. If `flags` has
         /// MATERIAL_UNLIT, it is instead the radiance that the camera sees, in the device's unit.
@@ -88,8 +91,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A texture: one use of an image by a material. It states where the texels of the image are, and which texels belong to
-    /// given texture coordinates.
+    /// A texture: one use of an image by a material. With it shaders read the value of the image at a point of a surface: it
+    /// states where the texels of the image are, and which texels belong to given texture coordinates.
     pub struct GpuTexture {
         /// First column of the 2×2 matrix that transforms texture coordinates of the mesh to coordinates of the image, in
         /// which the image covers [0, 1] along both axes.
@@ -145,7 +148,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A light without an area: a point, spot or directional light, as in the glTF extension `KHR_lights_punctual`.
+    /// A light without an area: a point, spot or directional light, as in the glTF extension `KHR_lights_punctual`. Shaders
+    /// compute from it how much light arrives at a point.
     pub struct GpuPunctualLight {
         /// Position of a point or spot light, relative to the scene's origin, in the device's unit of length. Without
         /// meaning for a directional light.
@@ -193,7 +197,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// The texture of one emissive triangle. It has the same index in its buffer as the triangle in the buffer `lights`.
+    /// The texture of the emission of one emissive triangle, from which shaders compute the radiance at a point of the
+    /// triangle. It has the same index in its buffer as the triangle in the buffer `lights`.
     pub struct GpuLightTexture {
         /// Texture coordinates of the first corner of the triangle.
         pub uv: Vec2,
@@ -238,13 +243,15 @@ crate::gpu_struct! {
         pub first: u32,
         /// Centre of the box around the node's lights (the box before it is enlarged), in world space.
         pub center: Vec3,
-        /// Total power of the node's lights, as area × luminance in device units. If the lights are drawn uniformly instead
-        /// of by power, it is the number of the lights.
+        /// Total power of the node's lights, as area × luminance in device units. What the node is expected to contribute at
+        /// a point, and thus the probability to draw it, is proportional to it. If the lights are drawn uniformly instead of
+        /// by power, it is the number of the lights.
         pub weight: f32,
-        /// Mean of the unit normals of the node's lights, weighted by their power. Its length is below 1 if the lights face
-        /// different directions.
+        /// Mean of the unit normals of the node's lights, weighted by their power, from which shaders estimate how much
+        /// light leaves towards a point. Its length is below 1 if the lights face different directions.
         pub normal: Vec3,
-        /// Half the diagonal of the box around the node's lights (before it is enlarged), in the device's unit of length.
+        /// Half the diagonal of the box around the node's lights (before it is enlarged), in the device's unit of length. It
+        /// widens the estimate of their contribution, because lights may be beside the centre of the box.
         pub size: f32,
         /// Number of the node's lights. Their indices among the lights of the BVH are consecutive and begin with `first`.
         pub count: u32,
@@ -267,8 +274,9 @@ crate::gpu_struct! {
         /// integers are consecutive, and those of the next light follow. A random integer draws a light from its node, so a
         /// light with more integers is drawn more often.
         pub before: u32,
-        /// Second array, with one element per light of the scene: the index of the leaf node that contains the light; NONE
-        /// if the BVH does not contain it, such as the environment.
+        /// Second array, with one element per light of the scene: the index of the leaf node that contains the light, from
+        /// which shaders compute the probability that a draw selects this light. NONE if the BVH does not contain the light,
+        /// such as the environment; this probability is then 0.
         pub leaf: u32,
         /// Second array, with one element per light of the scene: the index of the light in the first array. Without meaning
         /// if the BVH does not contain the light.
@@ -277,12 +285,14 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A slot of the hash grid, which stores reservoirs of direct light in cells of space. Each slot can store one
-    /// reservoir. Several surfaces may claim a slot, which means that they ask to fill it; one of them fills it.
+    /// A slot of the hash grid, which stores reservoirs of direct light in cells of space, so that pixels in a cell can
+    /// reuse them. Each slot can store one reservoir. Several surfaces may claim a slot, which means that they ask to fill
+    /// it; one of them fills it.
     pub struct GpuGridSlot {
-        /// Number by which a surface claims the slot in this frame; 0: no surface claims it. The low bits are the index of
-        /// the surface plus 1, the bits above them are random. If several surfaces claim the slot, the largest number wins,
-        /// so that the result does not depend on the order of threads.
+        /// Number by which a surface claims the slot; 0: no surface claims it. The low bits are the index of the surface
+        /// plus 1, the bits above them are random. If several surfaces claim the slot, the largest number wins, so that the
+        /// result does not depend on the order of threads. Pixels that merge the slot's reservoir find its surface by this
+        /// number.
         pub claim: u32,
         /// Hash of the cell of space, and of the bin of normals, to which the slot's reservoir belongs. Pixels compare it
         /// with the hash of their own cell and bin, because several cells may use the same slot.
@@ -292,7 +302,8 @@ crate::gpu_struct! {
 
 crate::gpu_struct! {
     /// A surface point whose reservoir of direct light nearby surfaces reuse. The reservoir belongs to the hash grid or is a
-    /// world reservoir (a reservoir of a path vertex).
+    /// world reservoir (a reservoir of a path vertex). Unbiased MIS weights of a merge need the point, to know how probable
+    /// a sample was there.
     pub struct GpuGridPoint {
         /// Position of the point in world space, relative to the scene's origin, in the device's unit of length.
         pub position: Vec3,

@@ -1,6 +1,7 @@
-//! The declarations of the buffers that hold a scene on the device, such as its triangles, materials and lights. Macros
-//! generate three things from each declaration: the GLSL code that reads the buffer, the field of [`SceneTable`] with the
-//! buffer's address, and, in `device_scene/buffers.rs`, fields for the buffer's contents and size.
+//! The declarations of the buffers from which shaders read a scene, such as its triangles, materials and lights. Each buffer
+//! is declared once, so that Rust and GLSL agree on its elements. Macros generate three things from each declaration: the
+//! GLSL code that reads the buffer, the field of [`SceneTable`] with the buffer's address, and, in
+//! `device_scene/buffers.rs`, fields for the buffer's contents and size.
 
 use crate::declare::{GpuStruct, Member, StructLayout};
 use crate::{
@@ -10,7 +11,7 @@ use crate::{
 use glam::{UVec2, Vec2};
 
 /// The declaration of one buffer of the scene: its name, and the way in which shaders read it. The GLSL code that reads the
-/// buffer is generated from it.
+/// buffer is generated from it, and the program decides by it whether the buffer is bound as texels.
 pub struct Access {
     /// The name of the buffer in GLSL. The buffer's binding (descriptor) and the field of its address in [`SceneTable`] have
     /// the same name.
@@ -38,48 +39,51 @@ pub enum Elements {
 
 /// Passes the declarations of all buffers of a scene to another macro, whose name is the argument. That macro generates
 /// items from them. A declaration has a doc comment, the name of the buffer, the Rust type of an element, the access of
-/// shaders ([`Elements`]), and a function that computes the number of elements from the scene's `ElementCounts`.
+/// shaders ([`Elements`]), and a function that computes the number of elements from the scene's `ElementCounts` (numbers of
+/// triangles, lights and so on), so that sizes are known before the buffers are filled.
 #[macro_export]
 macro_rules! scene_buffers {
     ($($declare:tt)+) => {
         $($declare)+! {
-            /// Unit vectors at the corners of triangles, in the object space of the mesh, each packed into one word
-            /// (octahedral coordinates). Each entry has three vectors, one for each corner of a triangle. Meshes with smooth
-            /// shading have one entry per triangle for their normals; meshes with normal maps have one more per triangle for
-            /// their tangents.
+            /// Normals and tangents at the corners of triangles, which shaders interpolate for smooth shading and for normal
+            /// maps. They are unit vectors in the object space of the mesh, each packed into one word (octahedral
+            /// coordinates). Each entry has three vectors, one for each corner of a triangle. Meshes with smooth shading
+            /// have one entry per triangle for their normals; meshes with normal maps have one more per triangle for their
+            /// tangents.
             corner_directions: [UVec3] as Plain("uvec3"); |c| c.smooth_triangles + c.tangent_triangles;
-            /// Texture coordinates (u, v), for meshes that have them: three pairs per triangle, one for each corner. If a
-            /// mesh has two sets of texture coordinates, all its triangles in the first set come before all its triangles in
-            /// the second set.
+            /// Texture coordinates (u, v), at which shaders read the textures of a mesh; only for meshes that have them.
+            /// There are three pairs per triangle, one for each corner. If a mesh has two sets of texture coordinates, all
+            /// its triangles in the first set come before all its triangles in the second set.
             uvs: [[Vec2; 3]] as Plain("vec2"); |c| c.uv_triangles;
             /// Vertex colours, which multiply the base colour of the material, for meshes that have them: three entries per
             /// triangle, one for each corner. An entry has red, green, blue and alpha, 16 bits each, which represent the
             /// range [0, 1].
             colors: [[UVec2; 3]] as Plain("uvec2"); |c| c.color_triangles;
-            /// One entry per triangle, but only for some meshes: those that have several parts (runs of triangles with one
-            /// material), emit light, or are merged from several meshes. An entry has the index of the triangle's material,
-            /// the triangle's rank among the emissive triangles of the mesh (NONE if it emits no light), and an offset.
-            /// Added to `GpuInstance::id`, the offset gives the index that the triangle's instance had before meshes were
-            /// merged.
+            /// Tells shaders what a triangle that was hit belongs to. There is one entry per triangle, but only for meshes
+            /// that have several parts (runs of triangles with one material), emit light, or are merged from several meshes.
+            /// An entry has the index of the triangle's material, the triangle's rank among the emissive triangles of the
+            /// mesh (NONE if it emits no light), and an offset. The sum of the offset and `GpuInstance::id` is the index
+            /// that the triangle's instance had before meshes were merged.
             triangle_parts: [UVec3] as Plain("uvec3"); |c| c.part_triangles;
-            /// For each leaf of the tree over the instances, which the compute tracer traverses, the index of the leaf's
-            /// instance in the buffer `instances`. The leaves of the current frame's tree come first. If something moves,
-            /// the leaves of the previous frame's tree follow.
+            /// For each leaf of the tree over the instances, which the compute tracer traverses, the index in the buffer
+            /// `instances` of the instance that a ray enters at this leaf. The leaves of the current frame's tree come
+            /// first. If something moves, the leaves of the previous frame's tree follow.
             top_instances: [u32] as Plain("uint"); |c| c.epochs * c.instances;
-            /// The instances of meshes that rays hit, after static meshes are merged. All instances with their transforms in
-            /// the current frame come first. If something moves, all instances with their transforms in the previous frame
-            /// follow.
+            /// The instances of meshes that rays hit, after static meshes are merged. An instance has the transform of its
+            /// mesh, and the indices at which the data of the mesh begin in other buffers. All instances with their
+            /// transforms in the current frame come first. If something moves, all instances with their transforms in the
+            /// previous frame follow, so that shaders can evaluate both frames.
             instances: [GpuInstance] as Records(GpuInstance); |c| c.epochs * c.instances;
             /// Nodes of the trees (eight-wide bounding volume hierarchies) that the compute tracer traverses, twenty words
             /// each. The tree over the instances in the current frame comes first, then, if something moves, the tree over
             /// the instances in the previous frame, and then the trees over the triangles of the meshes.
             nodes: [CwBvhNode] as Words; |_| 0;
-            /// Positions of the three corners of each triangle of all meshes: nine floats per triangle. They are in the
-            /// stored space of the mesh, which is its object space, translated and scaled for precision;
-            /// `GpuInstance::object_to_world` transforms them to the world.
+            /// Positions of the three corners of each triangle of all meshes, from which shaders compute the points that
+            /// rays hit: nine floats per triangle. They are in the stored space of the mesh, which is its object space,
+            /// translated and scaled for precision; `GpuInstance::object_to_world` transforms them to the world.
             positions: [[Vec3; 3]] as Words; |c| c.triangles;
-            /// All materials of the scene, in the order of the scene. A material names its textures by their indices in the
-            /// buffer `textures`.
+            /// All materials of the scene, in the order of the scene; shaders take the BSDF of a surface from them. A
+            /// material names its textures by their indices in the buffer `textures`.
             materials: [GpuMaterial] as Records(GpuMaterial); |c| c.materials;
             /// One entry for each use of an image by a material: where the texels of the image are, and how texture
             /// coordinates select them. Materials and the buffer `light_textures` name an entry by its index.
@@ -89,20 +93,20 @@ macro_rules! scene_buffers {
             /// they are left out if shaders read Vulkan images instead. Table and texels share one buffer, because some
             /// drivers bind at most 30 buffers.
             texels: [u32] as Plain("uint"); |c| c.texels + if c.textures > 0 { 256 } else { 0 };
-            /// Emissive triangles in world space, relative to the scene's origin and in device units. All triangles as they
-            /// are in the current frame come first. If something moves, all triangles as they were in the previous frame
-            /// follow.
+            /// Emissive triangles, on which light samples draw points. They are in world space, relative to the scene's
+            /// origin and in device units. All triangles as they are in the current frame come first. If something moves,
+            /// all triangles as they were in the previous frame follow.
             lights: [GpuLight] as Records(GpuLight); |c| c.epochs * c.triangle_lights;
             /// For each emissive triangle, the texture that multiplies its emission: an index in the buffer `textures` (NONE
             /// without such a texture) and texture coordinates. The order is that of the current frame's triangles in the
             /// buffer `lights`. This buffer is empty if no emissive triangle has a texture.
             light_textures: [GpuLightTexture] as Records(GpuLightTexture); |c| if c.textured_lights { c.triangle_lights } else { 0 };
-            /// Punctual lights (point, spot and directional lights). All of them as they are in the current frame come
-            /// first. If something moves, all of them as they were in the previous frame follow.
+            /// Punctual lights (point, spot and directional lights), which light samples draw. All of them as they are in
+            /// the current frame come first. If something moves, all of them as they were in the previous frame follow.
             punctual_lights: [GpuPunctualLight] as Records(GpuPunctualLight); |c| c.epochs * c.punctual_lights;
-            /// Texels of the environment, row by row from the zenith; empty without an environment. A texel has its RGB
-            /// radiance in device units, and the density with which light samples draw a point of the texel, per square
-            /// radian of longitude × latitude.
+            /// Texels of the environment, the light that surrounds the scene, row by row from the zenith; empty without an
+            /// environment. A texel has its RGB radiance in device units, and the density with which light samples draw a
+            /// point of the texel, per square radian of longitude × latitude.
             environment: [Vec4] as Words; |c| c.environment_texels;
             /// The alias table by which light samples draw a texel of the environment, with one entry per texel. A random
             /// number selects an entry. If 32 more random bits are below the entry's first number, the texel with the index
@@ -110,11 +114,12 @@ macro_rules! scene_buffers {
             environment_columns: [UVec2] as Plain("uvec2"); |c| c.environment_texels;
             /// The alias table by which light samples draw a light, with one entry for each emissive triangle, then for each
             /// punctual light, then for the environment. If some lights are rare (far dimmer than the others), two tables of
-            /// the same length follow. The first draws only lights that are not rare, the second draws only rare lights.
+            /// the same length follow. The first draws only lights that are not rare. The second draws only rare lights,
+            /// which have separate candidates, because brighter lights would win against them in resampling.
             light_choices: [GpuLightChoice] as Records(GpuLightChoice); |c| 3 * c.lights();
             /// For each instance of the scene, in the order of the scene before meshes are merged, the transform of its
-            /// points in the world from their positions in the current frame to those in the previous frame. Empty if
-            /// nothing moves.
+            /// points in the world from their positions in the current frame to those in the previous frame. By it, shaders
+            /// find the pixel of the previous frame that showed a surface. Empty if nothing moves.
             previous_transforms: [GpuPreviousTransform] as Records(GpuPreviousTransform); |c| c.previous_transforms;
         }
     };
@@ -133,17 +138,19 @@ macro_rules! declare_access {
                 /// Number of lights of all kinds in one frame: emissive triangles, punctual lights, and 1 for an
                 /// environment. It is the number of entries of each alias table in `light_choices`.
                 pub light_count: u32,
-                /// Number of emissive triangles in one frame; if something moves, the buffer `lights` has twice as many.
+                /// Number of emissive triangles in one frame; if something moves, the buffer `lights` has twice as many. A
+                /// light whose index in `light_choices` is smaller is an emissive triangle.
                 pub triangle_light_count: u32,
                 /// Number of punctual lights in one frame; if something moves, the buffer `punctual_lights` has twice as
-                /// many.
+                /// many. In `light_choices`, they come after the emissive triangles.
                 pub punctual_light_count: u32,
                 /// Width and height of the environment in texels; zeros without an environment.
                 pub environment_size: UVec2,
                 /// Cosine and sine of the angle by which the environment is rotated around the upward axis (+Y).
                 pub environment_turn: Vec2,
                 /// Number of instances in one frame, after static meshes are merged; if something moves, the buffer
-                /// `instances` has twice as many.
+                /// `instances` has twice as many. Shaders add it to the index of an instance to read its transform in the
+                /// previous frame.
                 pub instance_count: u32,
                 /// 1 if some emissive triangle has a texture, otherwise 0; shaders read `light_textures` only if it is 1.
                 pub textured_lights: u32,
@@ -151,7 +158,8 @@ macro_rules! declare_access {
             }
         }
 
-        /// The declarations of all buffers of a scene, in the order of the fields of [`SceneTable`].
+        /// The declarations of all buffers of a scene, in the order of the fields of [`SceneTable`]. GLSL code is generated
+        /// from them, and the program binds buffers by them.
         pub const BUFFERS: &[Access] = &[$(Access {
             name: stringify!($name),
             elements: declare_access!(@elements $elements $(($argument))?),
@@ -224,7 +232,7 @@ fn array(name: &str, glsl: &str) -> String {
 }
 
 /// The GLSL declaration of the buffer `name` with elements of the GLSL type `glsl`, which shaders read as `NAME.at[index]`
-/// through a descriptor.
+/// through a descriptor, in variants without buffer addresses and for buffers that have no address in the table.
 fn binding(name: &str, glsl: &str) -> String {
     let block: String = name.split('_').map(capitalised).collect();
     format!("layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n")
@@ -267,8 +275,8 @@ fn load(name: &str, buffer: &str, layout: &StructLayout) -> String {
     )
 }
 
-/// The GLSL expression of the value of `member`, a member of a structure. It is made from the array `q`, which has the words
-/// of the structure in groups of four.
+/// The GLSL expression of the value of `member`, a member of a structure that `load_NAME` returns. The expression takes the
+/// value from the array `q`, which has the words of the structure in groups of four.
 fn value(member: &Member) -> String {
     let (kind, components) = match member.glsl {
         "float" => ("float", 1),

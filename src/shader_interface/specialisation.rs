@@ -4,8 +4,9 @@
 use crate::{Format, HashGrid, Mis, PILOT_WORDS, PixelOrder, Visibility, WorldReservoirs};
 
 crate::gpu_specialisation! {
-    /// The values of the specialisation constants of a pass (a compute shader). In GLSL, each field is a constant whose name
-    /// is the field's name in capitals, and whose `constant_id` is the index of the field, counted from 0.
+    /// The values of the specialisation constants of a pass (a compute shader). They decide which code of the pass is
+    /// removed because the scene and the settings do not need it. In GLSL, each field is a constant whose name is the
+    /// field's name in capitals, and whose `constant_id` is the index of the field, counted from 0.
     pub struct Specialisation {
         /// Number of entries of the stack on which the compute tracer stores the groups of nodes that it visits later. It
         /// suffices for the deepest path through the tree over the instances and then the tree of a mesh. Shaders with ray
@@ -57,8 +58,8 @@ crate::gpu_specialisation! {
         /// True if the BSDF corrects two errors of energy of its specular lobe: rough metals lose light that is scattered
         /// more than once, and bright dielectrics gain light at grazing angles.
         pub energy_compensated: bool = false,
-        /// The contents of a reservoir in memory. The compact format needs less memory, and shaders read more from the scene
-        /// to restore a sample; the full format stores these values in the reservoir.
+        /// The contents of a reservoir in memory. The compact format needs less memory; shaders then read position, normal
+        /// and other data of a sample from the scene. The full format stores these data in the reservoir.
         pub reservoir_format: Format = Format::Compact,
         /// True if the words with the same index in all reservoirs are adjacent in memory (structure of arrays); false if
         /// the words of one reservoir are adjacent (array of structures). It changes the speed only.
@@ -68,8 +69,9 @@ crate::gpu_specialisation! {
         pub pixel_order: PixelOrder = PixelOrder::Row,
         /// Side in pixels of the square tiles of `PixelOrder::Swizzle`; other orders do not use it.
         pub swizzle: u32 = 4,
-        /// True if reservoirs store three more words for debug AOVs: the pixel that drew the sample, the solid angle of the
-        /// sample seen from that pixel's surface, and the number of neighbours that were merged.
+        /// True if reservoirs store three more words for debug AOVs, additional channels of a picture that show the reuse of
+        /// samples. The words are the pixel that drew the sample, the solid angle of the sample seen from that pixel's
+        /// surface, and the number of neighbours that were merged.
         pub keeps_debug_words: bool = false,
         /// True if the pass counts rays, lanes in use, merged neighbours and memory traffic for profiles, which costs time.
         /// Faults, such as rejected values, are counted even if this is false.
@@ -94,7 +96,8 @@ crate::gpu_specialisation! {
         /// element for each of these reservoirs.
         pub neighbours: u32 = 3,
         /// True if rare lights, which are far dimmer than the others, are sampled separately, with additional candidates and
-        /// shadow rays, and without resampling. The other lights are then drawn from an alias table without rare lights.
+        /// shadow rays, and without resampling, in which brighter but hidden lights would win against them. The other lights
+        /// are then drawn from an alias table without rare lights.
         pub rare_lights: bool = false,
         /// True if some of the light samples at a shading point are drawn from the light BVH, a tree that finds the lights
         /// that matter at that point. The others are drawn from an alias table for the whole scene.
@@ -103,8 +106,8 @@ crate::gpu_specialisation! {
         /// of each tile (a square of pixels) draws a list of lights from the tree. Each pixel then takes samples from the
         /// list of its own tile or of a tile beside it, selected at random.
         pub light_lists: bool = false,
-        /// The surfaces that fill the hash grid, which stores reservoirs of direct light in cells of space for reuse by
-        /// surfaces in the same cell. `None` if the pass merges no reservoirs of a hash grid.
+        /// The surfaces that fill the hash grid, which stores reservoirs of direct light in cells of space, so that all
+        /// surfaces in a cell can reuse them. `None` if the pass merges no reservoirs of a hash grid.
         pub hash_grid: HashGrid = HashGrid::None,
         /// The way in which vertices of indirect paths reuse light samples that vertices of the previous frame drew in the
         /// same cell of space. `None` if they do not reuse them.
@@ -119,8 +122,8 @@ crate::gpu_specialisation! {
 }
 
 impl Specialisation {
-    /// All constants as pairs of `constant_id` and value, in the order of the fields. The value is one 32-bit word: 0 or 1
-    /// for a `bool`, and the index of the variant for an enumeration.
+    /// All constants as pairs of `constant_id` and value, in the order of the fields. The program sets them in the SPIR-V of
+    /// a pass. The value is one 32-bit word: 0 or 1 for a `bool`, and the index of the variant for an enumeration.
     pub fn words(&self) -> Vec<(u32, u32)> {
         let constants = self.constants().into_iter();
         constants.map(|c| (c.id, c.word)).collect()

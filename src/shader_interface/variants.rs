@@ -2,7 +2,8 @@
 //! file `NAME.comp` in `glsl`) in each variant and embeds the SPIR-V in the program. For each scene and device, the program
 //! selects one variant, which all passes use.
 
-/// The method by which shaders trace rays. The program selects it by the device, unless the user requests one.
+/// The method by which shaders trace rays. Unless the user requests one, the program selects it by the device: usually ray
+/// queries if the device has them and is not a CPU, otherwise compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Tracer {
     /// Shaders trace rays by ray queries (`rayQueryEXT`) in acceleration structures that the driver builds. This is fast on
@@ -37,7 +38,8 @@ pub enum Fetch {
     Words,
 }
 
-/// The way in which shaders read the texels of textures. Both ways give the same bits of the picture.
+/// The way in which shaders read the texels of textures. The program selects it by the device and the scene, unless the user
+/// requests one. Both ways give the same bits of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Textures {
     /// Shaders read the texels of all images from one buffer, through a descriptor or by its address, as [`GeometryAccess`]
@@ -96,11 +98,13 @@ impl Textures {
 pub struct Variant {
     /// The method by which shaders trace rays.
     pub tracer: Tracer,
-    /// The access to the buffers of the scene and of world reservoirs, which are reservoirs of path vertices.
+    /// The access to the buffers of the scene and of world reservoirs, which are reservoirs of path vertices: by descriptors
+    /// or by address.
     pub geometry: GeometryAccess,
-    /// The access to data that shaders read four words at a time, such as nodes and positions.
+    /// The access to data that shaders read four words at a time, such as nodes and positions: as texels or as words of a
+    /// buffer.
     pub fetch: Fetch,
-    /// The access to the texels of textures.
+    /// The access to the texels of textures: in one buffer or in Vulkan images.
     pub textures: Textures,
 }
 
@@ -133,8 +137,8 @@ impl Variant {
         })
     }
 
-    /// The preprocessor macros with which a shader is compiled for this variant: pairs of the name of a macro and its value,
-    /// "0" or "1".
+    /// The preprocessor macros with which a shader is compiled for this variant, so that the GLSL code selects its tracer
+    /// and its access to memory: pairs of the name of a macro and its value, "0" or "1".
     pub fn defines(self) -> Vec<(&'static str, &'static str)> {
         let flag = |on: bool| if on { "1" } else { "0" };
         vec![
@@ -148,8 +152,8 @@ impl Variant {
         ]
     }
 
-    /// The key of the embedded SPIR-V of the pass with the name `pass` in this variant: the names of pass, tracer, geometry
-    /// access, fetch and textures, separated by dots.
+    /// The key by which the program finds the SPIR-V of the pass with the name `pass` in this variant, among those that the
+    /// build script embedded: the names of pass, tracer, geometry access, fetch and textures, separated by dots.
     pub fn key(self, pass: &str) -> String {
         format!(
             "{pass}.{}.{}.{}.{}",

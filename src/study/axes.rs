@@ -1,5 +1,5 @@
 //! Draws the error and the bias of configurations over a parameter of the scene, as an SVG figure, for a study whose scenes
-//! differ only in the value of that parameter.
+//! differ only in the value of that parameter. The figure shows for which values a configuration is better than another.
 
 use super::results::Row;
 use crate::{Error, Result};
@@ -7,7 +7,8 @@ use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use std::collections::BTreeMap;
 
-/// The width and height of a panel, which is one chart, in pixels.
+/// The width and height of a panel of the figure, in pixels. A panel is one chart: of the error or of the bias over one
+/// parameter.
 const PANEL: (u32, u32) = (360, 300);
 /// The height of a line of the legend below the panels, in pixels. There is one line for each configuration.
 const LINE: u32 = 20;
@@ -15,8 +16,8 @@ const LINE: u32 = 20;
 /// configurations have an error bar at the same value of the parameter, the bars are drawn side by side, because otherwise
 /// one bar would hide the others.
 const BESIDE: f64 = 0.012;
-/// The minimum number of scenes for which the figure has panels for a parameter. These scenes must differ only in the value
-/// of this parameter.
+/// The minimum number of scenes for which the figure has panels for a parameter, because fewer points show no curve. These
+/// scenes must differ only in the value of this parameter.
 const LEAST: usize = 3;
 /// The colours of the configurations, which colour-blind people can distinguish (Okabe and Ito, 2008). If there are more
 /// configurations than colours, the colours are used again from the first one on.
@@ -30,25 +31,26 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
 ];
 
-/// The result of one configuration on one scene: a point of the curve over a parameter of the scene.
+/// The result of one configuration on one scene: a point of the curve that the figure shows over a parameter of the scene.
 struct Point {
     value: f64,
     /// The RMSE of the last frame, as the mean over seeds, divided by the mean radiance of the reference, so that bright and
     /// dark scenes are comparable.
     error: f64,
     /// For the colour channel with the largest bias: the bias of the picture's mean, and then the half-width of the 99 %
-    /// interval of this bias. Both are in percent of the reference's mean.
+    /// interval of this bias. Both are in percent of the reference's mean. The figure shows them as an error bar.
     bias: [f64; 2],
 }
 
-/// The points of the figure. The outer key is the name of a scene without its parameter, and the name of the parameter in
-/// which the scenes with this name differ. The inner key is the name of a configuration; its value has one point per scene.
+/// The points of the figure, grouped into panels and curves. The outer key is the name of a scene without its parameter, and
+/// the name of the parameter in which the scenes with this name differ; each has two panels. The inner key is the name of a
+/// configuration; its value has one point per scene.
 type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
 
 /// Draws a figure from the rows of a study's results, and returns the text of an SVG file. For each parameter in which at
-/// least three scenes differ, the figure has a panel with the error and a panel with the bias of every configuration. Scenes
-/// are ignored unless they have exactly one parameter and its value is a positive number. Returns `None` if there is no
-/// panel to draw.
+/// least three scenes of one configuration differ, the figure has a panel with the error and a panel with the bias of every
+/// configuration. Scenes are ignored unless they have exactly one parameter and its value is a positive number, because the
+/// axis is logarithmic. Returns `None` if there is no panel to draw.
 ///
 /// # Errors
 /// The drawing library fails.
@@ -186,7 +188,7 @@ where
     Ok(chart)
 }
 
-/// A number as text with at most two significant digits, for the labels of axes.
+/// A number as text with at most two significant digits, so that the labels of axes are short.
 fn short(number: &f64) -> String {
     let rounded: f64 = format!("{number:.1e}").parse().unwrap_or(*number);
     match rounded.abs() {

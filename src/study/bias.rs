@@ -20,43 +20,48 @@ use crate::metrics::statistics::{Estimate, kolmogorov_smirnov_p_value, t_tail, w
 use serde::Serialize;
 
 /// The limit for the half-width of the 99 % interval of a bias, as a fraction of the reference's mean. A verdict can be
-/// `unbiased` only if the half-width is not larger. A configuration that is expected to be unbiased gets more seeds while
-/// its half-width is larger.
+/// `unbiased` only if the half-width is not larger, because a wider interval could hide a bias. A configuration that is
+/// expected to be unbiased gets more seeds while its half-width is larger, up to the maximum of the plan.
 pub const WIDEST: f64 = 0.005;
 /// The limit for the half-width of the 99 % interval of a reference's mean, as a fraction of this mean. A study refuses a
 /// reference whose half-width is larger. The limit is below [`WIDEST`], because the interval of a bias contains the error of
 /// the reference and also the error of the runs.
 pub const WIDEST_REFERENCE: f64 = 0.004;
 /// The accepted probability, in [0, 1], that the tests find a bias where there is none. It applies to all tests together
-/// that Holm's method corrects together; this method corrects p-values for the number of tests. If a corrected p-value is
-/// below this level, the configuration counts as biased.
+/// that Holm's method corrects together; this method corrects p-values for the number of tests. If a corrected p-value of a
+/// configuration on a scene is below this level, the verdict there is `biased`.
 pub const LEVEL: f64 = 0.01;
-/// The minimum number of runs with fresh seeds that decide after an alarm, which is a sign of bias in the first runs. If the
-/// alarm came from more seeds than this, the number of fresh seeds is as large as theirs.
+/// The minimum number of runs with fresh seeds, which decide after an alarm (a sign of bias in the first runs) whether the
+/// configuration is biased. If the alarm came from more seeds than this, the number of fresh seeds is as large as theirs,
+/// because fewer runs could miss the same bias.
 pub const CONFIRMING_SEEDS: u32 = 128;
-/// The maximum number of samples per pixel of a control (path tracing with as much noise as a configuration). If a
-/// configuration has even less noise, its control has more noise than it. The limit bounds the time that controls take.
+/// The maximum number of samples per pixel of a control. A control is path tracing with as much noise as a configuration,
+/// whose blocks of pixels are compared with it. If a configuration has even less noise, its control has more noise than it.
+/// The limit bounds the time that controls take.
 const MAX_CONTROL_SAMPLES: u32 = 64;
 /// The half-width of the central interval of a normal distribution that contains 99 % of it, in standard deviations. It
-/// predicts the interval for many seeds, for which Student's distribution is nearly normal.
+/// predicts how many seeds make an interval narrow enough; for many seeds, Student's distribution is nearly normal.
 const NORMAL_99: f64 = 2.5758;
 /// The number of standard errors by which a bias must exceed the threshold of a test, so that the test finds this bias with
-/// a probability of 90 %.
+/// a probability of 90 %. From it follows the smallest bias that a check can detect, which results state.
 const POWER: f64 = 1.2816;
 
 /// The bias of the mean of a configuration's pictures, estimated from its runs: the difference from the mean of the
-/// reference, with intervals and p-values. Lists have one entry for each of red, green and blue.
+/// reference, with intervals and p-values. The verdict of a study follows from it. Lists have one entry for each of red,
+/// green and blue.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bias {
     /// The number of runs, each with its own seed, from which the bias was estimated.
     pub seeds: usize,
-    /// For each channel, the mean of the runs minus the mean of the reference, as a fraction of [`Reference::scale`]. It is
-    /// positive if the pictures are too bright.
+    /// For each channel, the mean of the runs minus the mean of the reference, as a fraction of [`Reference::scale`], which
+    /// is the reference's mean unless the channel is black. It is positive if the pictures are too bright.
     pub relative: [f64; 3],
-    /// For each channel, the half-width of the 99 % interval around [`Self::relative`], in the same unit.
+    /// For each channel, the half-width of the 99 % interval around [`Self::relative`], in the same unit. While it is above
+    /// [`WIDEST`], the interval is too wide for the verdict `unbiased`.
     pub half_width: [f64; 3],
     /// For each channel, the probability that chance alone causes a difference from the reference at least as large as this
-    /// one, if there is no bias. The p-values are not corrected for the number of tests.
+    /// one, if there is no bias. Small values raise an alarm. The p-values are not corrected for the number of tests;
+    /// [`judge`](super::results::judge) corrects them.
     pub p_values: [f64; 3],
     #[serde(skip)]
     differences: [Estimate; 3],
@@ -116,15 +121,15 @@ impl Bias {
         self.scale.iter().sum::<f64>() / 3.0
     }
 
-    /// The largest of the half-widths of the three channels ([`Self::half_width`]), as a fraction of the mean. A study
-    /// compares it with [`WIDEST`].
+    /// The largest of the half-widths of the three channels ([`Self::half_width`]), as a fraction of the reference's mean. A
+    /// study compares it with [`WIDEST`]: while it is larger, more seeds are needed for the verdict `unbiased`.
     pub fn widest(&self) -> f64 {
         self.half_width.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The smallest bias that the test finds with a probability of 90 %, as a fraction of the reference's mean. It is
-    /// computed for each channel, and the largest of the three values is returned. `tests` is the number of tests that are
-    /// corrected together; with more tests, only a larger bias is found.
+    /// The smallest bias that the test finds with a probability of 90 %, as a fraction of the reference's mean; results
+    /// state it as the power of the check. It is computed for each channel, and the largest of the three values is returned.
+    /// `tests` is the number of tests that are corrected together; with more tests, only a larger bias is found.
     pub fn detectable(&self, tests: usize) -> f64 {
         let level = LEVEL / tests.max(1) as f64;
         let each = [0, 1, 2].map(|c| {
@@ -136,7 +141,8 @@ impl Bias {
     }
 
     /// The number of additional seeds with which the half-widths of all channels would be at most [`WIDEST`]; 0 if they are
-    /// already. `None` if the error of the reference is so large that no number of seeds suffices.
+    /// already. Results recommend it for an undecided configuration. `None` if the error of the reference is so large that
+    /// no number of seeds suffices.
     pub fn missing_seeds(&self) -> Option<f64> {
         let seeds = self.seeds as f64;
         let needed = [0, 1, 2].map(|c| {
@@ -158,13 +164,14 @@ impl Bias {
 }
 
 /// True if the magnitude of a difference from the reference and its standard error are both at most `rounding`, so that
-/// rounding alone explains the difference. All three have the unit of the compared means.
+/// rounding alone explains the difference, and it does not count as a bias. All three have the unit of the compared means.
 fn is_rounding(difference: &Estimate, rounding: f64) -> bool {
     difference.mean.abs() <= rounding && difference.standard_error <= rounding
 }
 
-/// For each block, row by row, the mean of its luminance over the runs minus its luminance in the reference. `None` for a
-/// block without noise, such as a black one, and for a block whose difference rounding alone explains.
+/// For each block (a square of 8 × 8 pixels), row by row, the mean of its luminance over the runs minus its luminance in the
+/// reference. Tests for a bias of blocks use it. `None` for a block without noise, such as a black one, and for a block
+/// whose difference rounding alone explains.
 fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimate>> {
     let truth = reference.block_estimates();
     let (_, rounding) = reference.rounding();
@@ -179,18 +186,18 @@ fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimat
 }
 
 /// The t value of each block: the difference of its mean luminance from the reference, divided by the standard error of this
-/// difference. Blocks with `None` in [`block_differences`] are left out, so the index of an entry is not the index of a
-/// block.
+/// difference. [`blocks_p_value`] compares their distribution with that of a control. Blocks with `None` in
+/// [`block_differences`] are left out, so the index of an entry is not the index of a block.
 fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
     (block_differences(runs, reference).iter().flatten())
         .map(|difference| difference.mean / difference.standard_error)
         .collect()
 }
 
-/// The p-value of two tests of the blocks of a configuration's runs, combined. The first compares the distribution of the
-/// blocks' t values with that of the blocks of `control` (runs of path tracing with similar noise); the second tests the
-/// block that is farthest from the reference. The p-value would be exact if blocks were independent. It is 1 if no block has
-/// noise.
+/// The p-value of two tests of the blocks of a configuration's runs, combined; a small value raises an alarm. The first
+/// compares the distribution of the blocks' t values with that of the blocks of `control` (runs of path tracing with similar
+/// noise); the second tests the block that is farthest from the reference. The p-value would be exact if blocks were
+/// independent. It is 1 if no block has noise.
 pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
     let own = t_values(runs, reference);
     if own.is_empty() {
@@ -238,10 +245,12 @@ pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     (2.0_f64.powf(wanted) as u32).clamp(1, MAX_CONTROL_SAMPLES)
 }
 
-/// The result of the runs with fresh seeds, which alone decide after an alarm (a sign of bias in the first runs).
+/// The result of the runs with fresh seeds, which alone decide whether a configuration is biased after an alarm (a sign of
+/// bias in the first runs). The first runs cannot decide this, because they were the reason for the alarm.
 #[derive(Clone, Debug, Serialize)]
 pub struct Confirmation {
-    /// The bias of the mean of the picture, estimated from the runs with fresh seeds alone.
+    /// The bias of the mean of the picture, estimated from the runs with fresh seeds alone. It decides instead of the bias
+    /// of the first runs.
     pub bias: Bias,
     /// The p-value of the test whether the fresh runs deviate from the reference in the same blocks, and to the same side,
     /// as the first runs. It is the probability, without bias, that they show this pattern at least as strongly. It is 1 if
@@ -301,7 +310,7 @@ pub(super) mod samples {
 
     pub const BLOCKS: usize = 6;
 
-    /// A reference of six blocks in a row, each of luminance 1 and almost without error.
+    /// A reference of six blocks in a row, each of luminance 1 and almost without error, for tests of the bias check.
     pub fn reference() -> Reference {
         let side = crate::study::reference::BLOCK;
         Reference {

@@ -7,7 +7,8 @@ use crate::metrics::statistics::Estimate;
 use serde::Serialize;
 
 /// The size of the bias in blocks of 8 × 8 pixels: the root mean square, over all blocks of a picture, of the bias of a
-/// block's mean luminance. The part that noise explains is subtracted. Tables of results show it; no verdict depends on it.
+/// block's mean luminance. The part that noise explains is subtracted. Tables of results show it, so that users see a bias
+/// that cancels over the picture; no verdict depends on it.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BlockBias {
     /// The root mean square, as a fraction of the reference's mean luminance without directly visible emission; 0 if noise
@@ -20,7 +21,7 @@ pub struct BlockBias {
 
 impl BlockBias {
     /// Measures the bias of the blocks from all runs of one configuration, one run for each seed. `reference` is that of the
-    /// last frame. Returns `None` for fewer than three runs.
+    /// last frame. Returns `None` for fewer than three runs, from which the error of the result cannot be estimated.
     ///
     /// The product of two runs' differences from the reference has the square of the bias as its mean, since the noise of
     /// different runs is independent. The mean of this product over all pairs of runs is a U-statistic (Hoeffding, "A class

@@ -1,13 +1,14 @@
-//! The folder of a study's results, which only one study at a time can use. If a study ends without a result, the files and
-//! folders that it created are removed.
+//! The folder of a study's results, finished runs and references, which only one study at a time can use, so that two
+//! studies do not render the same runs. If a study ends without a result, the files and folders that it created are removed.
 
 use crate::{Error, Result};
 use std::fs::{File, TryLockError};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// The folder of a study's results. While this value exists, the folder is locked against other studies. When it is dropped,
-/// an empty file of runs, an empty subfolder `references`, and empty folders that [`Self::open`] created are removed.
+/// The folder of a study's results, finished runs and references. While this value exists, the folder is locked against
+/// other studies. When it is dropped, an empty file of runs, an empty subfolder `references`, and empty folders that
+/// [`Self::open`] created are removed.
 pub struct Folder {
     path: PathBuf,
     /// The paths of the folders that [`Self::open`] created, the innermost first. Those that are still empty when this value
@@ -66,7 +67,8 @@ impl Folder {
         has_runs || references.next().is_some()
     }
 
-    /// The path of the file of finished runs, `runs.jsonl`, which has one line for each run.
+    /// The path of the file of finished runs, `runs.jsonl`, which has one line for each run. A study that was stopped
+    /// continues with these runs.
     pub fn runs(&self) -> PathBuf {
         runs(&self.path)
     }

@@ -1,20 +1,20 @@
-//! Estimates the fraction of a study that is done, from the durations of the steps that are done and the number of steps to
-//! come. A step is one frame, or one sample per pixel of a reference.
+//! Estimates the fraction of a study that is done, for reports of progress, from the durations of the steps that are done
+//! and the number of steps to come. A step is one frame, or one sample per pixel of a reference.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// A kind of work on a scene. All its steps on one scene take about the same time, so the mean duration of those that are
-/// done predicts the others.
+/// A kind of work on a scene, for which the forecast counts and times steps separately. All its steps on one scene take
+/// about the same time, so the mean duration of those that are done predicts the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effort {
     /// The study renders references, which are path-traced pictures that runs are compared with. A step is one sample per
     /// pixel.
     References,
-    /// The study renders the runs of configurations. A step is one frame.
+    /// The study renders the runs of configurations, which are their frames with one seed. A step is one frame.
     Runs,
-    /// The study renders controls, which are runs of path tracing with as much noise as a configuration. The test of blocks
-    /// compares runs with them. A step is one frame.
+    /// The study renders controls, which are runs of path tracing with as much noise as a configuration. The blocks of
+    /// pixels of the configuration are compared with theirs. A step is one frame.
     Controls,
     /// The study renders a run again, to find data races, which change its bits, or to count rays. A step is one frame.
     Repeats,
@@ -36,7 +36,8 @@ struct Stage {
 
 impl Forecast {
     /// Sets the number of steps of one kind of work that are still to come on the scene with the name `scene`. It replaces
-    /// the number that was set before.
+    /// the number that was set before. A study sets all numbers before its work begins, and corrects them when it knows what
+    /// is left.
     pub fn expect(&mut self, scene: &str, effort: Effort, steps: u64) {
         self.stage(scene, effort).to_come = steps;
     }
@@ -50,6 +51,7 @@ impl Forecast {
     }
 
     /// Ends the work on the scene with the name `scene`: the numbers of steps to come become 0 for all kinds of work on it.
+    /// Without this, expected steps that were not needed would keep the fraction that is done below 1.
     pub fn close(&mut self, scene: &str) {
         for ((name, _), stage) in &mut self.stages {
             if name == scene {

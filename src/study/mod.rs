@@ -1,6 +1,7 @@
-//! Studies, which measure the error and test the bias of configurations (presets with changes). A study renders each
-//! configuration on several scenes with many seeds, and compares the frames with path-traced references. A plan, which is a
-//! TOML file, describes the study. Every finished run is stored, so that a study that was stopped can continue.
+//! Studies, which measure the error and test the bias of configurations (presets with changes), so that users know which
+//! settings are accurate. A study renders each configuration on several scenes with many seeds, and compares the frames with
+//! path-traced references. A plan, which is a TOML file, describes the study. Every finished run is stored, so that a study
+//! that was stopped can continue.
 
 pub mod axes;
 pub mod bias;

@@ -1,5 +1,5 @@
-//! The plan of a study: a TOML file that describes scenes and configurations (presets with changes), and states the numbers
-//! of seeds and samples.
+//! The plan of a study: a TOML file that tells `headwater study` what to render. It describes scenes and configurations
+//! (presets with changes), and states the numbers of seeds and samples.
 
 use super::planned_scene::PlannedScene;
 use super::plans::PLANS;
@@ -17,29 +17,30 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A study as the user describes it in a TOML file. Each field except `source` is a key of the file.
+/// A study as the user describes it in a TOML file: what is rendered, how often, and what is expected. Each field except
+/// `source` is a key of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     /// The scenes, each with its camera and environment. A configuration is rendered on all of them, unless it lists the
     /// names of some of them.
     pub scenes: Vec<PlannedScene>,
-    /// The width of the pictures in pixels. The height follows from the aspect ratio of each scene's camera.
+    /// The width of the pictures in pixels, by default 120. The height follows from the aspect ratio of each scene's camera.
     #[serde(default = "default_width")]
     pub width: u32,
-    /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the mean of
-    /// all frames if they show the same time and do not depend on each other, otherwise in the last frame.
+    /// The number of frames that a run renders one after the other, with indices from 0; by default 1. The bias is measured
+    /// in the mean of all frames if they show the same time and do not depend on each other, otherwise in the last frame.
     #[serde(default = "one")]
     pub frames: u32,
     /// The number of frames per second of time in the scene, so that the scene moves from frame to frame. `None`: all frames
     /// show the time `start_time`.
     #[serde(default)]
     pub fps: Option<f64>,
-    /// The time in the scene that frame 0 shows, in seconds.
+    /// The time in the scene that frame 0 shows, in seconds; by default 0.
     #[serde(default)]
     pub start_time: f64,
-    /// The number of runs of each configuration on each scene, at least 2. Each run has its own seed, so their noise is
-    /// independent.
+    /// The number of runs of each configuration on each scene, at least 2 and by default 64. Each run has its own seed, so
+    /// their noise is independent, and the mean of more runs is known better.
     #[serde(default = "default_seeds")]
     pub seeds: u32,
     /// The maximum number of runs of a configuration on a scene. After `seeds` runs, more are rendered only if the
@@ -47,22 +48,23 @@ pub struct Plan {
     /// `seeds`.
     #[serde(default)]
     pub most_seeds: Option<u32>,
-    /// The maximum number of scattering events of a path. With 1 there is only direct light, with 2 or more also indirect
-    /// light.
+    /// The maximum number of scattering events of a path, by default 1. With 1 there is only direct light, with 2 or more
+    /// also indirect light.
     #[serde(default = "one")]
     pub bounces: u32,
-    /// The number of samples per pixel of the references (path-traced pictures that runs are compared with), at least 2.
-    /// More samples make the error of a reference smaller. A scene can have a number of its own.
+    /// The number of samples per pixel of the references (path-traced pictures that runs are compared with), at least 2 and
+    /// by default 4096. More samples make the error of a reference smaller. A scene can have a number of its own.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
-    /// True if one additional run of each configuration on each scene counts rays, lanes in use and merged neighbours. It is
-    /// not timed, because counting takes time.
+    /// True if one additional run of each configuration on each scene counts rays, lanes in use and merged neighbours, so
+    /// that results show the costs; by default false. This run is not timed, because counting takes time.
     #[serde(default)]
     pub count: bool,
-    /// The configurations that the plan describes one by one.
+    /// The configurations that the plan describes one by one. The list may be empty if there are sweeps.
     #[serde(default)]
     pub configurations: Vec<Configuration>,
-    /// The sweeps. Each stands for many configurations: one for every combination of the values that it lists.
+    /// The sweeps. Each stands for many configurations: one for every combination of the values that it lists. The list may
+    /// be empty if there are configurations that are described one by one.
     #[serde(default)]
     pub sweeps: Vec<Sweep>,
     /// The text of the plan and its origin (a file or plan name), with which an error message can name a line.
@@ -70,8 +72,9 @@ pub struct Plan {
     pub source: TomlText,
 }
 
-/// The largest value that `seeds` and `most_seeds` may have in a plan. Controls (runs of path tracing for comparison), and
-/// the runs that decide after a sign of bias, have seeds far above it, so that no seed has two uses.
+/// The largest value that `seeds` and `most_seeds` may have in a plan; a plan with a larger one is refused. Controls (runs
+/// of path tracing for comparison), and the runs that decide after a sign of bias, have seeds far above it, so that no seed
+/// has two uses.
 const MAX_SEEDS: u32 = 1 << 16;
 
 /// The maximum number of configurations in a plan, including all combinations of its sweeps. A plan with more is refused
@@ -129,8 +132,8 @@ pub struct Configuration {
     /// The settings that differ from those of the preset: new values by dotted key, such as `direct.mis`.
     #[serde(default)]
     pub set: Map<String, Value>,
-    /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false if it is
-    /// the frame alone.
+    /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false (the
+    /// default) if it is the frame alone.
     #[serde(default)]
     pub accumulate: bool,
     /// The names of the scenes of the plan on which the configuration is rendered. Empty: all scenes.
@@ -156,8 +159,8 @@ pub struct Sweep {
     /// The settings that differ between the configurations of the sweep: for each dotted key, such as `direct.mis`, the list
     /// of its values.
     pub over: Map<String, Value>,
-    /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false if it is
-    /// the frame alone.
+    /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false (the
+    /// default) if it is the frame alone.
     #[serde(default)]
     pub accumulate: bool,
     /// The names of the scenes of the plan on which the configurations of the sweep are rendered. Empty: all scenes.
@@ -169,8 +172,8 @@ pub struct Sweep {
     pub expect: Option<Expect>,
 }
 
-/// A configuration that is ready to be rendered. Its settings are complete, and it has copies of those values of the plan
-/// that its runs need.
+/// A configuration that is ready to be rendered: a study makes its renderer and its runs from this value alone. Its settings
+/// are complete, and it has copies of those values of the plan that its runs need.
 #[derive(Clone, Debug)]
 pub struct Resolved {
     /// The name of the configuration in tables, unique in the plan.
@@ -180,12 +183,14 @@ pub struct Resolved {
     /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the mean of
     /// all frames if they show the same time and do not depend on each other, otherwise in the last frame.
     pub frames: u32,
-    /// The map from the index of a frame to the time in the scene that the frame shows.
+    /// The map from the index of a frame to the time in the scene that the frame shows. Each frame is rendered, and compared
+    /// with a reference, at its time.
     pub clock: Clock,
     /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false if it is
     /// the frame alone.
     pub accumulate: bool,
-    /// True if one additional run on each scene counts rays, lanes in use and merged neighbours.
+    /// True if one additional run on each scene counts rays, lanes in use and merged neighbours, so that results show the
+    /// costs.
     pub count: bool,
     /// The names of the scenes on which the configuration is rendered. Empty: all scenes of the plan.
     pub scenes: Arc<[String]>,
@@ -195,7 +200,8 @@ pub struct Resolved {
 }
 
 impl Resolved {
-    /// True if the configuration is rendered on the scene with the name `scene`.
+    /// True if the configuration is rendered on the scene with the name `scene`: if its list of scenes contains this name or
+    /// is empty.
     pub fn is_for(&self, scene: &str) -> bool {
         self.scenes.is_empty() || self.scenes.iter().any(|name| name == scene)
     }
@@ -380,7 +386,7 @@ impl Plan {
     }
 
     /// Fails unless all names in `scenes`, which a configuration or a sweep lists, are among `named`, the names of the
-    /// plan's scenes.
+    /// plan's scenes. A misspelt name would otherwise leave out a scene without notice.
     fn check_scenes(&self, scenes: &[String], named: &BTreeSet<&str>) -> Result<()> {
         let unknown = scenes.iter().find(|scene| !named.contains(scene.as_str()));
         unknown.map_or(Ok(()), |scene| {
@@ -396,7 +402,8 @@ impl Plan {
     }
 
     /// Divides the numbers of seeds and the numbers of samples of references by four, with a minimum of 2. The option
-    /// `--quick` uses this: the study is faster, but its results prove nothing.
+    /// `--quick` uses this for a preview: the study is faster, but with few seeds and noisy references its results prove
+    /// nothing.
     pub fn quicken(&mut self) {
         self.most_seeds = Some(self.most_seeds());
         let counts = [&mut self.seeds, &mut self.reference_spp].into_iter();
@@ -408,7 +415,8 @@ impl Plan {
     }
 
     /// The maximum number of runs, on one scene, of a configuration that the plan expects to be unbiased: the plan's
-    /// `most_seeds` or, if it is missing, four times `seeds`. It is never less than `seeds`.
+    /// `most_seeds` or, if it is missing, four times `seeds`. It is never less than `seeds`. While the interval of the bias
+    /// is too wide, runs are added up to this number.
     pub fn most_seeds(&self) -> u32 {
         self.most_seeds.unwrap_or(4 * self.seeds).max(self.seeds)
     }

@@ -5,7 +5,8 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt::{self, Formatter};
 
-/// A scene of a plan. In the TOML text of the plan it is either the scene's name alone or a table with these fields.
+/// A scene of a plan, on which a study renders its configurations. In the TOML text of the plan it is either the scene's
+/// name alone or a table with these fields.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(remote = "Self", deny_unknown_fields)]
 pub struct PlannedScene {
@@ -17,8 +18,8 @@ pub struct PlannedScene {
     /// the vertical field of view in degrees (by default 45). `None`: the scene's first camera or, if the scene has no
     /// camera, one that frames the scene.
     pub look_at: Option<String>,
-    /// The environment that lights the scene: the path of an image file, or a generated sky such as `sky:sun=40`. `None`: no
-    /// environment, unless the option `--environment` gives one.
+    /// The environment that lights the scene: the path of an image file, or a generated sky such as `sky:sun=40`. The option
+    /// `--environment` replaces it. `None`: no environment, unless this option gives one.
     pub environment: Option<String>,
     /// The number of samples per pixel of the scene's references (path-traced pictures that runs are compared with). `None`:
     /// the number that the plan states for all scenes.
@@ -26,7 +27,9 @@ pub struct PlannedScene {
 }
 
 impl PlannedScene {
-    /// The scene with the name `name` and without further keys: seen by its first camera, without an environment.
+    /// The scene with the name `name` and without further keys: seen by its first camera (or, without cameras, by one that
+    /// frames the scene), without an environment, and with the plan's number of samples for references. A scene becomes this
+    /// value if the plan gives it by name alone, or if only the command line names it.
     pub fn named(name: &str) -> Self {
         Self {
             name: name.to_owned(),

@@ -1,15 +1,15 @@
-//! Lists the combinations of values that a sweep of a plan stands for.
+//! Lists the combinations of values that a sweep of a plan stands for. Each combination becomes one configuration.
 
 use serde_json::{Map, Value};
 
 /// All combinations of values in a sweep, which is the part of a plan that lists values for some settings. A combination has
-/// one value for each setting. Combinations are made one by one, so that a wrong setting is reported before the other
-/// combinations take memory.
+/// one value for each setting, and becomes one configuration of the study. Combinations are made one by one, so that a wrong
+/// setting is reported before the other combinations take memory.
 pub struct Product<'a> {
     /// The dotted key of each setting, such as `direct.mis`, with the list of its values, which is not empty.
     lists: Vec<(&'a String, &'a [Value])>,
     /// The number of combinations: the product of the lengths of all lists. It is `usize::MAX` if this product is too large
-    /// for a `usize`.
+    /// for a `usize`. A plan with too many is refused.
     pub count: usize,
 }
 

@@ -15,8 +15,8 @@ use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The side of a block of pixels, in pixels. Studies test the mean luminance of each block of a picture for bias. Blocks at
-/// the right and lower edges of the picture may be smaller.
+/// The side of a block of pixels, in pixels. Studies test the mean luminance of each block of a picture for bias, because a
+/// bias can cancel over the whole picture. Blocks at the right and lower edges of the picture may be smaller.
 pub const BLOCK: usize = 8;
 /// The largest difference from the reference that rounding alone can cause in a pixel, as a fraction of the pixel's value.
 /// Sums of thousands of samples have a precision of at least 24 bits. Smaller differences do not count as bias.
@@ -68,13 +68,15 @@ pub struct Reference {
     pub width: u32,
     /// The mean of the radiance of each pixel over all samples, in linear RGB.
     pub mean: Vec<[f32; 3]>,
-    /// The standard error of [`Self::mean`] for each pixel and channel. It is at least 0 and in the unit of the mean.
+    /// The standard error of [`Self::mean`] for each pixel and channel. It is at least 0 and in the unit of the mean. The
+    /// intervals of a bias include it.
     pub error: Vec<[f32; 3]>,
     /// The radiance of the emitter that each pixel shows directly, 0 where it shows none. It is subtracted from pictures
     /// before their means are compared, because it has no noise, and because bright emitters would hide the relative error
     /// of the lit surfaces.
     pub emission: Vec<[f32; 3]>,
-    /// The number of samples per pixel over which `mean` is the mean. With more samples, `error` is smaller.
+    /// The number of samples per pixel over which `mean` is the mean. With more samples, `error` is smaller. The width of
+    /// intervals also depends on it, by Student's distribution.
     pub samples: u32,
 }
 
@@ -147,8 +149,9 @@ impl Reference {
         })
     }
 
-    /// Reduces a picture to means, after it has subtracted the reference's emission from each pixel. Returns the mean of
-    /// each channel over the whole picture, and the mean luminance of each block, row by row.
+    /// Reduces a picture to the means that are tested for a bias, after it has subtracted the reference's emission from each
+    /// pixel. Returns the mean radiance of each channel over the whole picture, and the mean luminance of each block (a
+    /// square of [`BLOCK`] × [`BLOCK`] pixels), row by row.
     pub fn reduce(&self, picture: &[[f32; 3]]) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
     }
@@ -163,8 +166,9 @@ impl Reference {
         median_ratio(lit.map(|((picture, mean), _)| (of(picture), of(mean))))
     }
 
-    /// For each mean that [`Self::reduce`] returns, the largest difference from the reference that rounding alone can cause.
-    /// A picture without noise differs from the reference only in the last bits of its sums, which include the emission.
+    /// For each mean that [`Self::reduce`] returns, and in its unit, the largest difference from the reference that rounding
+    /// alone can cause. If neither a difference nor its standard error is larger, it does not count as a bias. A picture
+    /// without noise differs from the reference only in the last bits of its sums, which include the emission.
     pub fn rounding(&self) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| {
             let emission = f64::from(self.emission[i][c]).abs();
@@ -210,8 +214,8 @@ impl Reference {
         (mean, blocks.collect())
     }
 
-    /// The mean radiance of each channel over the picture, without emission, with its standard error. The standard error is
-    /// computed as if the errors of pixels were independent.
+    /// The mean radiance of each channel over the picture, without emission, with its standard error; a bias is the
+    /// difference of a configuration from it. The standard error is computed as if the errors of pixels were independent.
     pub fn mean_estimates(&self) -> [Estimate; 3] {
         let (mean, _) = self.reduce(&self.mean);
         let count = self.error.len() as f64;
@@ -222,13 +226,15 @@ impl Reference {
     }
 
     /// The half-width of the 99 % interval of a channel's mean over the picture, as a fraction of that mean. It is the
-    /// largest over the channels that are not black. A study refuses a reference for which it is too large.
+    /// largest over the channels that are not black; 0 if all are black. A study refuses a reference for which it is too
+    /// large, because no number of runs could then make the interval of a bias narrow enough.
     pub fn half_width(&self) -> f64 {
         self.half_width_by(u64::from(self.samples))
     }
 
-    /// The value of [`Self::half_width`], computed from the standard errors of this reference, but with Student's quantile
-    /// for `samples` samples per pixel. Black channels are left out.
+    /// The half-width of the 99 % interval of a channel's mean, as a fraction of that mean, as [`Self::half_width`] returns
+    /// it. It is computed from the standard errors of this reference, but with Student's quantile for `samples` samples per
+    /// pixel; a prediction for more samples uses this. Black channels are left out.
     fn half_width_by(&self, samples: u64) -> f64 {
         let (rounding, _) = self.rounding();
         (self.mean_estimates().into_iter().zip(rounding))
@@ -245,8 +251,9 @@ impl Reference {
         (normal / half_width).powi(2) * f64::from(self.samples)
     }
 
-    /// The mean luminance of each block without emission, row by row, with its standard error. The channels of a pixel are
-    /// correlated, so the weighted standard errors of the channels are added, not their squares.
+    /// The mean luminance of each block without emission, row by row, with its standard error; the blocks of runs are
+    /// compared with it. The channels of a pixel are correlated, so the weighted standard errors of the channels are added,
+    /// not their squares.
     pub fn block_estimates(&self) -> Vec<Estimate> {
         let (_, means) = self.reduce(&self.mean);
         let mut squares = self.empty_blocks();
@@ -304,7 +311,8 @@ impl References {
         Self(references)
     }
 
-    /// True if each frame has its own reference, because frames show different times of a moving scene.
+    /// True if each frame has its own reference, because frames show different times of a moving scene. Then only the last
+    /// frame of a run is tested for bias, because the mean of several times has no reference.
     pub fn differ(&self) -> bool {
         self.0.len() > 1
     }

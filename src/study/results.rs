@@ -11,7 +11,8 @@ use crate::render::counters::Counts;
 use serde::Serialize;
 use serde_json::Value;
 
-/// The results of one configuration on one scene. Lists with one entry for each frame of a run begin with frame 0.
+/// The results of one configuration on one scene, as the files of results and the printed table state them. Lists with one
+/// entry for each frame of a run begin with frame 0.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// The name of the scene in the plan.
@@ -59,8 +60,8 @@ pub struct Row {
     /// The bias of the picture's mean, estimated from the runs with the first seeds. After an alarm, [`Self::confirmation`]
     /// has the bias that decides.
     pub bias: Bias,
-    /// The root mean square of the bias of blocks of 8 × 8 pixels. The verdict does not depend on it. Null for fewer than
-    /// three runs.
+    /// The root mean square of the bias of blocks of 8 × 8 pixels, as a fraction of the reference's mean luminance. It also
+    /// shows a bias that cancels over the picture. The verdict does not depend on it. Null for fewer than three runs.
     pub block_bias: Option<BlockBias>,
     /// The p-value of two tests of blocks of 8 × 8 pixels, combined: whether their errors are distributed as those of path
     /// tracing with similar noise, and whether the block that is farthest from the reference has a bias. A small value
@@ -74,14 +75,15 @@ pub struct Row {
     /// 0.01, the verdict is `biased`.
     pub corrected_p_value: f64,
     /// The smallest bias of the mean that the check of this row finds with a probability of 90 %, as a fraction of the
-    /// reference's mean.
+    /// reference's mean. The check can miss a smaller bias.
     pub detectable_bias: f64,
     /// True if a repetition of the run with the first seed gave the same bits. False means that a pass has a data race, and
     /// the row makes the study fail.
     pub replays: bool,
     /// The verdict that the plan expects. A verdict `biased` makes the study fail only if this is `unbiased`.
     pub expect: Expect,
-    /// The verdict of the bias check, which [`judge`] sets: unbiased, biased, or undecided.
+    /// The verdict of the bias check, which [`judge`] sets: unbiased, biased, or undecided. The study fails if it is biased
+    /// although the plan expects `unbiased`.
     pub verdict: Verdict,
     /// The additional work with which the row could be decided, if its verdict is `undecided`; null for another verdict.
     pub missing: Option<Missing>,
@@ -90,7 +92,8 @@ pub struct Row {
     pub(super) run_seconds: f64,
 }
 
-/// The additional work with which a row with the verdict `undecided` could be decided.
+/// The additional work with which a row with the verdict `undecided` could be decided, so that the user can raise the
+/// numbers in the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Missing {
     /// The approximate number of additional runs, each with a new seed. Null if no number suffices, because the error of the
@@ -101,7 +104,8 @@ pub struct Missing {
 }
 
 /// The outcome of the check whether one configuration has a bias on one scene. It follows from the interval of the bias of
-/// the picture's mean and from the p-values.
+/// the picture's mean and from the p-values. A study fails if a configuration is biased although its plan expects it to be
+/// unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -127,9 +131,9 @@ impl Verdict {
 }
 
 impl Row {
-    /// Summarises the runs of a configuration on the scene with the name `scene`, one run for each seed. [`judge`] must be
-    /// called later: until then, the verdict, the corrected p-value and the detectable bias have initial values without
-    /// meaning.
+    /// Summarises the runs of a configuration on the scene with the name `scene`, one run for each seed, as a row of
+    /// results. [`judge`] must be called later: until then, the verdict, the corrected p-value and the detectable bias have
+    /// initial values without meaning.
     ///
     /// # Errors
     /// The settings have no JSON form, which cannot happen with finite numbers.
@@ -176,7 +180,8 @@ impl Row {
         })
     }
 
-    /// The reason why this row makes the study fail, as a text for the user; `None` if it does not.
+    /// The reason why this row makes the study fail, as a text for the user: rejected values, a run that cannot be repeated
+    /// to the last bit, or a bias that the plan does not expect. `None` if the row does not make it fail.
     pub fn complaint(&self) -> Option<&'static str> {
         if self.rejected > 0 {
             Some("values were refused")
@@ -239,8 +244,9 @@ fn first_runs(runs: &[&Run]) -> Milliseconds {
     with.map_or_else(Milliseconds::new, |run| run.first_runs.clone())
 }
 
-/// Sets the verdict, the corrected p-value, the detectable bias and the missing work of all rows. Holm's correction is
-/// applied to all tests of the rows that expect `unbiased` together, and once more to all tests of the other rows together.
+/// Sets the verdict, the corrected p-value, the detectable bias and the missing work of all rows, when the rows of all
+/// scenes are complete. Holm's correction keeps the probability of any false verdict `biased` low. It is applied to all
+/// tests of the rows that expect `unbiased` together, and once more to all tests of the other rows together.
 pub fn judge(rows: &mut [Row]) {
     for claimed in [true, false] {
         let mut chosen: Vec<&mut Row> = (rows.iter_mut())

@@ -125,9 +125,9 @@ fn costs(rows: &[Row]) -> String {
     text
 }
 
-/// The rows of a study's results as CSV, with one line for each frame of each row. The milliseconds are the sum of
-/// [`Row::milliseconds`] over the passes. The rays are those of the last frame; their field is empty if the plan does not
-/// request counts.
+/// The rows of a study's results as CSV for other programs, with one line for each frame of each row. The milliseconds are
+/// the sum of [`Row::milliseconds`] over the passes. The rays are those of the last frame; their field is empty if the plan
+/// does not request counts. The fields of the block bias are empty if a row has none.
 pub fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "scene,configuration,seeds,frame,rmse,rmse_clamped,relmse,correlation,bias_r,bias_g,bias_b,half_width,verdict,milliseconds,rays,bytes_per_pixel,block_bias,block_bias_low,block_bias_high,median\n",

@@ -12,12 +12,13 @@ use crate::scene::MovingCamera;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// The times of passes, in the order in which the passes are executed: pairs of the name of a pass and its time in
-/// milliseconds.
+/// The times of passes, which results state as the cost of a configuration: pairs of the name of a pass and its time in
+/// milliseconds, in the order in which the passes are executed.
 pub type Milliseconds = Vec<(String, f64)>;
 
-/// The results of one run, which are the frames of one configuration with one seed. The store writes them to its file. Lists
-/// with one entry for each frame begin with frame 0.
+/// The results of one run, which is the frames of one configuration with one seed. The bias is estimated from the runs with
+/// many seeds. The store writes each run to its file, so that a study can continue. Lists with one entry for each frame
+/// begin with frame 0.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
     /// The name of the scene in the plan.
@@ -43,7 +44,7 @@ pub struct Run {
     pub correlation: Vec<f64>,
     /// For each frame, the median of the ratio of a pixel's luminance to its luminance in the reference
     /// ([`Reference::median_ratio`](super::reference::Reference::median_ratio)). If it is below 1, most lit pixels are too
-    /// dark.
+    /// dark, which a few very bright pixels can hide in the mean.
     #[serde(default)]
     pub median: Vec<f64>,
     /// The mean radiance of each channel, without emission that the camera sees directly. It is the mean over the pixels of
@@ -51,7 +52,7 @@ pub struct Run {
     /// test for bias uses it.
     pub mean: [f64; 3],
     /// The mean luminance of each block of 8 × 8 pixels, row by row, without directly visible emission. The means are over
-    /// the same frames as [`Self::mean`].
+    /// the same frames as [`Self::mean`]. They show a bias that cancels over the picture.
     pub blocks: Vec<f64>,
     /// The time of each pass in one frame, in milliseconds, as the median over frames. Frame 0, which has no history, is
     /// left out if there are other frames. The first execution of each pass, which may contain its compilation, is left out
@@ -93,7 +94,8 @@ impl Run {
     }
 
     /// True if both runs have the same means of channels and of blocks, to the last bit; then their pictures count as equal.
-    /// The errors are not compared, because they also depend on the references, which are different with `--quick`.
+    /// If a run and its repetition differ, a pass has a data race. The errors are not compared, because they also depend on
+    /// the references, which are different with `--quick`.
     pub fn same_as(&self, other: &Self) -> bool {
         (self.mean, &self.blocks) == (other.mean, &other.blocks)
     }

@@ -1,4 +1,5 @@
-//! Stores the finished runs of a study in a file, to which each run is appended when it is finished.
+//! Stores the finished runs of a study in a file, to which each run is appended when it is finished, so that a study that
+//! was stopped does not render it again.
 
 use super::run::Run;
 use crate::base::input_files;
@@ -7,8 +8,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The finished runs of a study, in memory and in a file with one line of JSON for each run. A line that is not complete,
-/// because the program was killed while it wrote, is ignored.
+/// The finished runs of a study, in memory and in a file with one line of JSON for each run. A study renders only runs that
+/// it does not have. A line that is not complete, because the program was killed while it wrote, is ignored, and its run is
+/// rendered again.
 pub struct Store {
     path: PathBuf,
     /// The runs: a map from the key ([`Run::key`]) to a map from the seed to the run.

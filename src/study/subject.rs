@@ -1,4 +1,5 @@
-//! A scene on the device, with the references and the renderers that a study uses for it.
+//! A scene on the device, with the references and the renderers that a study uses for it. They are kept, so that they are
+//! not made again for each run.
 
 use super::plan::Resolved;
 use super::reference::{Reference, References, Shot, blocks_of_side};
@@ -23,7 +24,8 @@ use std::sync::Arc;
 /// A scene on the device, with its references and one renderer for each configuration. A study makes all runs and references
 /// on this scene with it.
 pub struct Subject {
-    /// The name of the scene in the plan, under which its runs are stored and reported.
+    /// The name of the scene in the plan. Runs, results and messages state it, so that users know to which scene they
+    /// belong.
     pub name: String,
     device: Arc<Device>,
     scene: Arc<GpuScene>,
@@ -34,8 +36,8 @@ pub struct Subject {
     scene_hash: String,
     shaders: Fingerprints,
     references: HashMap<String, Arc<Reference>>,
-    /// The renderers made so far. The key is the key of a configuration ([`Self::key`]) and a flag: true for the renderer
-    /// that counts rays, false for the one that makes runs.
+    /// The renderers made so far, which further seeds of the same configuration use again. The key is the key of a
+    /// configuration ([`Self::key`]) and a flag: true for the renderer that counts rays, false for the one that makes runs.
     renderers: HashMap<(String, bool), Renderer>,
     folder: PathBuf,
 }
@@ -135,7 +137,7 @@ impl Subject {
     }
 
     /// The number of blocks in a picture of the scene. Blocks are squares of 8 × 8 pixels whose mean luminance is tested for
-    /// bias. [`Run::has_lengths`] compares this number with a stored run.
+    /// bias. A stored run with another number of blocks ([`Run::has_lengths`]) is damaged, and is rendered again.
     pub fn blocks(&self) -> usize {
         let sides = [self.view.width, self.view.height];
         (sides.iter())
@@ -165,7 +167,8 @@ impl Subject {
         Ok(self.hash(&self.shaders.all, &more))
     }
 
-    /// Renders and stores the run of a configuration with one seed. Does nothing if the store already has this run.
+    /// Renders the run of a configuration with one seed, measures its frames against `references`, and adds it to `store`.
+    /// Does nothing if the store already has this run.
     ///
     /// # Errors
     /// The device or the disk fails, or the scene cannot be rendered at a frame's time.
@@ -268,7 +271,7 @@ impl Subject {
 }
 
 /// The settings with which path tracing renders the same light as the configuration with the settings `settings`. References
-/// are rendered with them, and also controls, with which blocks of pixels are compared.
+/// are rendered with them, and also controls, which show how the blocks of pixels of pictures without bias are distributed.
 pub fn path_tracing(settings: &Settings) -> Settings {
     Settings {
         integrator: Integrator::PathTracing,

@@ -15,19 +15,21 @@ use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
 
-/// The first seed of controls (path tracing with as much noise as a configuration). It is far from the seeds of other runs,
-/// so that no seed has two uses.
+/// The first seed of controls, which are path tracing with as much noise as a configuration, for a comparison of blocks of
+/// pixels. It is far from the seeds of other runs, so that no seed has two uses.
 const CONTROL_SEED: u32 = 1 << 20;
-/// The first seed of the runs that alone decide after an alarm, which is a sign of bias in the first runs. It is far from
-/// the seeds of other runs, so that these runs are independent of the first ones.
+/// The first seed of the runs that alone decide whether a configuration is biased after an alarm, which is a sign of bias in
+/// the first runs. It is far from the seeds of other runs, so that these runs are independent of the first ones.
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// The number of samples per pixel that the forecast of the study's duration assumes for controls (path tracing with as much
-/// noise as a configuration). The real number is known only later, from the measured noise. This constant changes no result.
+/// The number of samples per pixel that the forecast of the study's duration assumes for controls, with whose blocks of
+/// pixels a configuration is compared. The real number is known only later, from the measured noise. This constant changes
+/// no result.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
-/// Adds to the forecast the number of steps of all work that `plan` requires on the scene `planned`, before any work begins.
-/// `own` are the configurations that are rendered on this scene.
+/// Sets in the forecast the number of steps of all work that `plan` requires on the scene `planned`, before any work begins,
+/// so that the first report of progress covers the whole study. `own` are the configurations that are rendered on this
+/// scene.
 pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own: &[&Resolved]) {
     let (name, seeds) = (planned.name.as_str(), u64::from(plan.seeds));
     let frames: u64 = own.iter().map(|c| u64::from(c.frames)).sum();
@@ -53,9 +55,10 @@ fn repeats(configuration: &Resolved) -> u64 {
 /// The work that a plan requires on one of its scenes, with all that it needs: the scene on the device, the finished runs,
 /// and the report of progress.
 pub struct Work<'a> {
-    /// The plan of the study, which states the numbers of seeds.
+    /// The plan of the study. It states how many seeds each configuration gets, at first and at most.
     plan: &'a Plan,
-    /// The number of samples per pixel of this scene's references.
+    /// The number of samples per pixel of this scene's references: that of the scene or, if the scene has none, that of the
+    /// plan.
     reference_spp: u32,
     /// The scene on the device, with its references and renderers.
     subject: Subject,
@@ -136,8 +139,8 @@ impl<'a> Work<'a> {
     }
 
     /// Renders runs with further seeds of each configuration that is expected to be unbiased, while its interval is wider
-    /// than [`WIDEST`] and the plan's maximum is not reached. Returns the largest number of seeds of any configuration;
-    /// those with a narrow interval have fewer.
+    /// than [`WIDEST`], so that it proves nothing, and the plan's maximum is not reached. Returns the largest number of
+    /// seeds of any configuration; those with a narrow interval have fewer.
     fn extend(&mut self, configurations: &[&Resolved]) -> Result<u32> {
         let mut seeds = self.plan.seeds;
         while seeds < self.plan.most_seeds() {
@@ -279,8 +282,8 @@ impl<'a> Work<'a> {
     }
 
     /// The p-value of a comparison of the configuration's blocks of pixels with those of a control, which is path tracing
-    /// without bias. The control has as many runs as the plan has seeds, and similar noise. Renders those runs of the
-    /// control that are missing.
+    /// without bias; a small value raises an alarm. The control has as many runs as the plan has seeds, and similar noise.
+    /// Renders those runs of the control that are missing.
     fn blocks_p_value(&mut self, configuration: &Resolved) -> Result<f64> {
         let seeds = self.plan.seeds;
         let own = self.subject.key(configuration)?;

@@ -1,5 +1,5 @@
 //! `--resume`: reads the accumulated sums of an earlier run from the first output file, and checks that this run can
-//! continue with them.
+//! continue with them. So more samples can be added to a reference that is too noisy or was interrupted.
 
 use super::{Args, PARTS};
 use crate::base::printable::{printable, shortened};
@@ -11,19 +11,22 @@ use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 
-/// The maximum number of characters that a message quotes of one value from the file that is resumed.
+/// The maximum number of characters that a message quotes of one value from the file that is resumed, because such a
+/// value can have any length. The middle of a longer value is left out.
 const VALUE_CHARACTERS: usize = 60;
 
 /// The maximum number of settings that a message lists, if settings of the earlier run differ from those of this run.
+/// Of further settings it states only the number, so that it stays short.
 const LISTED: usize = 3;
 
 /// The maximum magnitude of the low part of a sum, as a fraction of its leading part. Each sum is stored as these two
-/// numbers; the low part is the rounding error of the leading part. A larger low part shows that the file is damaged. The
-/// limit leaves room for devices that round differently.
+/// numbers; the low part is the rounding error of the leading part. A larger low part shows that the file is damaged,
+/// and it is not resumed. The limit leaves room for devices that round differently.
 const LOW_PART: f64 = 1e-6;
 
-/// The largest fraction by which the mean square of a pixel's samples may be below the square of their mean. In exact
-/// arithmetic, the mean square is never below. A larger difference shows that the file is damaged.
+/// The largest amount by which the mean square of a pixel's samples may be below the square of their mean, as a
+/// fraction of the latter. In exact arithmetic, the mean square is never below. A larger difference shows that the file
+/// is damaged, and it is not resumed.
 const SPREAD_ROUNDING: f64 = 1e-4;
 
 /// Loads the sums of the first output file, which an earlier run has written, into the renderer, and returns their number
@@ -74,8 +77,8 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
     Ok(samples)
 }
 
-/// The number of samples per pixel in the metadata of an earlier picture, at least 1. The error is a clause for a
-/// message; it states why the metadata have no such number.
+/// The number of samples per pixel that the metadata of an earlier picture state, at least 1; this run continues the
+/// count. The error is a clause for a message; it states why the metadata have no such number.
 fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
     let Some(text) = earlier.metadata.get("headwater.samples") else {
         return Err("it has no headwater.samples".into());
@@ -90,8 +93,8 @@ fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
     })
 }
 
-/// The accumulated sums of an earlier picture, one entry per pixel, row by row from the top. An error is a clause for a
-/// message that names a missing channel.
+/// The accumulated sums of an earlier picture, to which this run adds its samples: one entry per pixel, row by row from
+/// the top. An error is a clause for a message that names a missing channel.
 fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     let part = |name: &str| {
         let channel = |axis: &str| {

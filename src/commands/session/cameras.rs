@@ -1,4 +1,5 @@
-//! Chooses the camera of a session, and describes cameras as text.
+//! Chooses the camera of a session, and describes cameras as text, so that pictures and profiles of different cameras
+//! can be told apart.
 
 use crate::commands::notice;
 use crate::scene::camera::framing_camera;
@@ -43,8 +44,9 @@ pub(super) fn choose_camera(
     })
 }
 
-/// The position, the directions of the axes and the field of view of a camera as text, with all digits, so that different
-/// cameras have different texts. Pictures and profiles store it.
+/// The position, the directions of the axes and the field of view (in radians) of a camera as text, with all digits, so
+/// that different cameras have different texts. Pictures and profiles store it; a reference is resumed, and two
+/// profiles are compared, only if their texts are equal.
 pub(super) fn camera_text(camera: &Camera) -> String {
     let transform = camera.camera_to_world;
     let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);

@@ -1,5 +1,5 @@
-//! Makes the picture of a session, with its metadata and AOVs (arbitrary output variables: additional channels, such as
-//! depth).
+//! Makes the picture of a session, with its metadata, which describe the run so that it can be repeated or resumed, and
+//! AOVs (arbitrary output variables: additional channels, such as depth).
 
 use super::Session;
 use super::cameras::camera_text;
@@ -123,7 +123,8 @@ impl Session {
 }
 
 /// Returns an error if one of `aovs` shows reservoirs that do not exist with these settings and with `bounces`, the
-/// maximum number of scattering events of a path.
+/// maximum number of scattering events of a path. It is called before the scene is loaded, so that such a run ends at
+/// once.
 pub(super) fn check_aovs(aovs: &[Aov], settings: &Settings, bounces: u32) -> Result<()> {
     for (lighting, needed) in [
         (Lighting::Direct, "--bounces of at least 1"),

@@ -9,8 +9,9 @@ use crate::render::counters::Counts;
 use crate::render::{Renderer, Tracking};
 
 impl Session {
-    /// Renders the frames of the plan, first those of the warm-up and then those that are timed, and returns the times of
-    /// all of them in this order. `watch` is called before each frame, and ends the work if it returns an error.
+    /// Renders the frames of the plan (how many are for the warm-up, timed, and in flight at once), first those of the
+    /// warm-up and then those that are timed, and returns the times of all of them in this order. `watch` is called
+    /// before each frame, and ends the work if it returns an error.
     ///
     /// # Errors
     /// The device fails, the scene cannot be rendered at a frame's time, or the errors of `watch`.
@@ -33,9 +34,9 @@ impl Session {
         )
     }
 
-    /// Counts the work of each pass in frame `index`, such as its rays; returns one entry per pass. A separate renderer,
-    /// whose shaders count, renders frames 0 to `index` for this. `watch` is called before each frame, and ends the work if
-    /// it returns an error.
+    /// Counts the work of each pass in frame `index`, such as its rays; returns one entry per pass. A separate
+    /// renderer, whose shaders count, renders frames 0 to `index` for this, because counting would make the timed
+    /// frames slower. `watch` is called before each frame, and ends the work if it returns an error.
     pub fn counts_of(
         &self,
         index: u32,
@@ -81,9 +82,9 @@ impl Session {
         })
     }
 
-    /// The conditions of a profile that are not part of its subject: driver, tracer, access of shaders to the scene,
-    /// revision of the program, and number of frames in flight. Two profiles can be compared even if their conditions
-    /// differ; only the number of frames in flight must be equal.
+    /// The conditions of a profile that are not part of its subject but can explain a difference: driver, tracer,
+    /// access of shaders to the scene, revision of the program, and number of frames in flight. Two profiles can be
+    /// compared even if their conditions differ; only the number of frames in flight must be equal.
     pub fn circumstances(&self, plan: Plan) -> Circumstances {
         let variant = self.selection.variant;
         Circumstances {

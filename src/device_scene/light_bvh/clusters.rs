@@ -1,4 +1,5 @@
-//! Clusters of lights, which are the leaves of the light BVH: lights that are close to each other are treated as one light.
+//! Clusters of lights, which are the leaves of the light BVH: lights that are close to each other are treated as one light,
+//! so that a search of the tree visits few nodes.
 //!
 //! Lights *fill their box* if the sum of their areas is a large fraction of the squared diagonal of the box around them. The
 //! triangles of an emitter that are connected by common corners form one unit if they fill their box, however finely the
@@ -15,15 +16,17 @@ use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
 /// The minimum of the summed areas of a cluster's lights, as a fraction of the squared diagonal of the box around these
-/// lights. The fraction is 0.5 for a square, 0.25 for a rectangle whose sides have the ratio 3.7, and 1.05 for a sphere. A
-/// higher minimum makes more and smaller clusters.
+/// lights. Lights with a smaller sum, such as windows with wall between them, become several clusters. The fraction is 0.5
+/// for a square, 0.25 for a rectangle whose sides have the ratio 3.7, and 1.05 for a sphere. A higher minimum makes more and
+/// smaller clusters.
 const FILLED: f64 = 0.25;
 /// The maximum diagonal of the box around a cluster with several lights, as a fraction of the diagonal of the box around all
 /// lights. It divides emitters that fill the scene, such as a floor that glows, into many clusters.
 const LARGEST: f32 = 1.0 / 16.0;
 
-/// A set of lights that are never divided among clusters. It has their indices in the list of lights, the box around all of
-/// them, and the sum of their areas in the device's units.
+/// A set of lights that are never divided among clusters: the triangles of one emitter, or a single light. It has their
+/// indices in the list of lights, the box around all of them, and the sum of their areas in the square of the device's unit
+/// of length. Box and area decide which units join to one cluster.
 struct Unit {
     lights: Vec<u32>,
     low: Vec3,
@@ -48,7 +51,8 @@ impl Unit {
 }
 
 /// Partitions lights into clusters. Each cluster is a list of indices into `lights`, and each light is in exactly one
-/// cluster. Triangles with equal `group` are connected by common corners.
+/// cluster. Triangles with equal `group` are connected by common corners, and stay in one cluster if they fill the box
+/// around them and are small compared with the scene. The result is empty if there are no lights.
 pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
     let mut clusters = Vec::new();
     if lights.is_empty() {

@@ -1,4 +1,5 @@
 //! Groups of emissive triangles that are connected by common corners, as the triangles of one finely modelled emitter are.
+//! The light BVH treats a group as one light where it can, and the choice of `auto` settings counts a group as one emitter.
 
 use crate::scene::lights::EmitterTriangle;
 use std::collections::HashMap;

@@ -27,12 +27,14 @@ use super::lights::Lights;
 use crate::shader_interface::{GpuLightEntry, GpuLightNode, LIGHT_SPOT, NODE_ENTRIES, NONE};
 use glam::{DVec3, Vec3};
 
-/// Options for the construction of a light BVH.
+/// Options for the construction of a light BVH. They decide which lights are in the tree, which of them a walk (the search
+/// of the tree for one point) finds, and how likely it is that one of these is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBvhOptions {
     /// The factor that decides how far the box of a node extends beyond its lights: by scale · √power, or for a cut by scale
-    /// times half the diagonal of the lights' box. `None`: the construction chooses it. With larger boxes, a walk (the
-    /// search of the tree for one point) finds more lights, or far lights in smaller groups, and takes longer.
+    /// times half the diagonal of the lights' box. With larger boxes, a walk (the search of the tree for one point) finds
+    /// more lights, or far lights in smaller groups, and takes longer. `None`: it is 1 for a cut; otherwise it is chosen so
+    /// that a point on a surface is in about eight boxes.
     pub scale: Option<f32>,
     /// True if a walk (the search of the tree for one point) finds all lights at every point: near clusters one by one, and
     /// far clusters joined in groups. False if it finds only the clusters whose boxes of influence contain the point.
@@ -44,7 +46,7 @@ pub struct LightBvhOptions {
     /// point) has selected. False if all lights that the walk finds are equally likely.
     pub by_power: bool,
     /// True if the tree contains no rare lights (far dimmer than the others), because separate candidates are drawn from
-    /// these.
+    /// these. False if it contains them like other lights.
     pub leaves_out_rare: bool,
 }
 
@@ -56,12 +58,14 @@ impl LightBvhOptions {
     }
 }
 
-/// A light at a finite distance, in the device's world space and units. Only such lights can be in the tree.
+/// A light at a finite distance, in the device's world space and units. Only such lights can be in the tree, whose clusters,
+/// boxes and powers are computed from a list of them.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
     /// The index of the light among the lights of all kinds: triangles first, then punctual lights.
     pub index: u32,
-    /// A number that is equal for emissive triangles connected by common corners, and different for all other lights.
+    /// A number that is equal for emissive triangles connected by common corners, and different for all other lights. Such
+    /// triangles form one cluster if they fill the box around them.
     pub group: u32,
     /// The smallest x, y and z of the box around the light.
     pub low: Vec3,
@@ -73,7 +77,8 @@ pub struct NearLight {
     /// The power of the light divided by π, in the device's units: for a triangle, area × luminance, doubled if both sides
     /// emit, as in [`crate::scene::lights::power`].
     pub power: f64,
-    /// The area of the light, in the square of the device's unit of length; 0 for a punctual light.
+    /// The area of the light, in the square of the device's unit of length; 0 for a punctual light. Lights form a cluster
+    /// only if the sum of their areas is large enough for the box around them.
     pub area: f64,
 }
 
@@ -121,15 +126,17 @@ impl NearLight {
     }
 }
 
-/// The data of a light BVH that shaders read, for the lights at one time.
+/// The data of a light BVH for the lights at one time. Shaders search them for the lights that matter at a point, and draw
+/// light candidates from these.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightBvhContents {
     /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
     /// The entries of two arrays that share their index, so that each entry has fields of both. The first array (`light`,
-    /// `before`) lists the lights in the order of the tree's leaves. It has one more entry after the last light, whose
-    /// `before` ends the last light's range. The second array (`leaf`, `index`) has one entry per light of the scene, of any
-    /// kind, and states the light's place in the tree.
+    /// `before`) lists the lights in the order of the tree's leaves, each with the scaled sum of the weights before it, by
+    /// which a light of a node is drawn. It has one more entry after the last light, whose `before` ends the last light's
+    /// range. The second array (`leaf`, `index`) has one entry per light of the scene, of any kind, and states the light's
+    /// place in the tree, or NONE if the light is not in it.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -145,7 +152,8 @@ impl LightBvhContents {
     }
 }
 
-/// A node that a walk (the search of the tree for one point) has visited.
+/// A node that a walk (the search of the tree for one point) has visited. The scale of the boxes is chosen by the number of
+/// visited clusters whose boxes contain the point.
 #[derive(Clone, Copy, Debug)]
 pub struct Visit {
     /// True if the box of the node contains the point for which the walk searches.
@@ -154,9 +162,9 @@ pub struct Visit {
     pub is_leaf: bool,
 }
 
-/// The nodes that a walk (the search of the tree for `point`) visits, in depth-first order, as in
-/// `glsl/lights/samplers/light_bvh/light_bvh.glsl`. A node whose box does not contain the point is visited, but its
-/// descendants are skipped. `point` is in the device's world space.
+/// The nodes that a walk (the search of the tree for `point`) visits, in depth-first order. It is the search of
+/// `glsl/lights/samplers/light_bvh/light_bvh.glsl` on the host, for counts of nodes. A node whose box does not contain the
+/// point is visited, but its descendants are skipped. `point` is in the device's world space.
 pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> {
     let mut next = 0;
     std::iter::from_fn(move || {
@@ -168,10 +176,12 @@ pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> 
     })
 }
 
-/// The light BVH of a scene: clusters of its lights, and a tree over them.
+/// The light BVH of a scene: clusters of its lights, and a tree over them. It stays on the host. When lights move or change,
+/// [`LightBvh::contents`] computes the data for shaders anew from it.
 pub struct LightBvh {
     options: LightBvhOptions,
-    /// The factor that decides how far the box of a node extends beyond its lights, as in [`LightBvhOptions::scale`].
+    /// The factor that decides how far the box of a node extends beyond its lights: by scale · √power, or for a cut by scale
+    /// times half the diagonal of the lights' box.
     pub scale: f32,
     /// Indices of lights in the order of the tree's leaves, as positions in the list that [`NearLight::of`] makes.
     order: Vec<u32>,
@@ -182,7 +192,8 @@ pub struct LightBvh {
     margins: Vec<Option<(Vec3, Vec3)>>,
 }
 
-/// The part of a node that stays the same when lights move or change: its place in the tree, and its lights.
+/// The part of a node that stays the same when lights move or change: its place in the tree, and its lights. The node's box
+/// and power are computed from these lights in their current state.
 #[derive(Clone, Copy)]
 struct Topology {
     /// The index of the node after the last descendant of this node.
@@ -285,12 +296,13 @@ impl LightBvh {
         &self.order[node.first as usize..][..node.count as usize]
     }
 
-    /// The number of lights in the tree.
+    /// The number of lights in the tree, for the log. Lights without a position are not counted, nor are rare lights that
+    /// the tree leaves out.
     pub fn light_count(&self) -> usize {
         self.order.len()
     }
 
-    /// The number of clusters of lights, which are the leaves of the tree.
+    /// The number of clusters of lights, which are the leaves of the tree. The choice of the scale depends on it.
     pub fn cluster_count(&self) -> usize {
         self.tree.iter().filter(|node| node.is_leaf).count()
     }
@@ -400,7 +412,8 @@ fn integer_sums(weights: &[f64]) -> Vec<u32> {
     sums
 }
 
-/// A box (min, max) that contains no point. Its union with another box is that other box.
+/// A box (min, max) that contains no point. Its union with another box is that other box. It is the box of influence of
+/// lights without power, which a walk therefore does not find.
 const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
 /// The box around some lights, the sum of their powers, and the sum of their normals. The box and the other data of a node
@@ -453,8 +466,8 @@ impl LightSum {
         (self.low - radius, self.high + radius)
     }
 
-    /// The distance, `scale` · √`power` in the device's units, by which the box of influence extends beyond lights with this
-    /// total power.
+    /// The distance, `scale` · √`power` in the device's unit of length, by which the box of influence extends beyond lights
+    /// with this total power.
     fn radius(power: f64, scale: f32) -> f32 {
         scale * power.sqrt() as f32
     }

@@ -49,7 +49,8 @@ pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f
     scale_of(high)
 }
 
-/// The number of clusters of lights whose boxes of influence contain `point`, which is in the device's world space.
+/// The number of clusters of lights whose boxes of influence contain `point`, which is in the device's world space. A walk
+/// for this point finds so many clusters.
 fn boxes_around(nodes: &[GpuLightNode], point: Vec3) -> u64 {
     let held = walk(nodes, point).filter(|visit| visit.inside && visit.is_leaf);
     held.count() as u64

@@ -1,8 +1,8 @@
 //! Boxes of influence that are limited by visibility: rays from the lights of each cluster measure how far the cluster's
 //! light reaches before surfaces block it. A box of influence is the box around a cluster (lights that are close to each
-//! other) outside of which the light BVH does not find the cluster. The method is algorithm 4 of the publication of the
-//! light BVH (Gardishyan, "A Better Light Candidate Generation Algorithm for ReSTIR Ray Tracing Using an Acceleration
-//! Structure to Identify Relevant Lights", 2025).
+//! other) outside of which the light BVH does not find the cluster. Limited boxes leave out many points that walls hide from
+//! the cluster. The method is algorithm 4 of the publication of the light BVH (Gardishyan, "A Better Light Candidate
+//! Generation Algorithm for ReSTIR Ray Tracing Using an Acceleration Structure to Identify Relevant Lights", 2025).
 
 use super::{LightBvh, LightSum, NearLight};
 use crate::base::random::Random;
@@ -17,7 +17,8 @@ const RAYS: usize = 256;
 /// The maximum number of clusters whose rays are traced in one call. It limits the host memory for these rays to 64 MiB.
 const CLUSTERS_AT_ONCE: usize = 4096;
 /// A ray starts at this distance from its point on the light. The distance is a fraction of the largest coordinate of that
-/// point. It is several times the rounding error of f32, so that the ray does not hit the emitter itself.
+/// point. It is several times the rounding error of f32, so that the ray does not hit the emitter itself, which would make
+/// the box too small.
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
@@ -28,7 +29,7 @@ impl LightBvh {
     /// switched on later.
     ///
     /// # Errors
-    /// The errors of `trace`.
+    /// `trace` returns an error.
     pub fn limit<E>(
         &mut self,
         lights: &Lights,

@@ -9,9 +9,9 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 /// it would be arbitrary which one is visible.
 pub const SINK: f32 = 0.002;
 
-/// A mesh that is still being built. It consists of pairs of a material and one shape, which has all triangles of that
-/// material. Each pair becomes one part of the mesh. Shapes of equal materials are merged, so that there are few large
-/// parts.
+/// A mesh of several materials that is still being built; [`Builder::add_model`] adds it to a scene. It consists of pairs of
+/// a material and one shape, which has all triangles of that material. Each pair becomes one part of the mesh. Shapes of
+/// equal materials are merged, so that there are few large parts.
 #[derive(Default)]
 pub struct Model(pub Vec<(Material, Shape)>);
 
@@ -24,7 +24,8 @@ impl Model {
     }
 }
 
-/// Builds a scene step by step. The field is the scene as built so far.
+/// Builds a scene step by step, with the functions that add meshes, images, instances and cameras. The field is the scene as
+/// built so far, without any object at the beginning.
 #[derive(Default)]
 pub struct Builder(pub Scene);
 
@@ -58,8 +59,8 @@ impl Builder {
         mesh.uvs[0] = mesh.positions.iter().map(|p| laid(*p)).collect();
     }
 
-    /// Adds a texture image of `side` × `side` texels, and returns its index. `texel` computes the RGBA bytes of the texel
-    /// at (column, row), counted from the top left.
+    /// Adds a texture image of `side` × `side` texels, and returns its index, by which materials refer to it. `texel`
+    /// computes the RGBA bytes of the texel at (column, row), counted from the top left.
     pub fn image(&mut self, name: &str, side: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> u32 {
         self.0.images.push(Image {
             name: name.into(),

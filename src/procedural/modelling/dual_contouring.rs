@@ -5,8 +5,9 @@ use super::simplify::simplify;
 use glam::{Mat3, Vec3};
 use std::collections::HashMap;
 
-/// The coordinates of grid lines along one axis in metres, in increasing order. The first is `start`. Each pair (end, step)
-/// of `runs` continues them up to exactly `end`, in equal steps of about the size `step`.
+/// The coordinates of grid lines along one axis in metres, in increasing order, for a grid of [`surface`]. The first is
+/// `start`. Each pair (end, step) of `runs` continues them up to exactly `end`, in equal steps of about the size `step`, so
+/// that regions with small details can have a finer grid.
 pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     let mut ticks = vec![start];
     let mut from = start;
@@ -18,13 +19,14 @@ pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     ticks
 }
 
-/// The number of triangles to which a surface is simplified, and the weights that decide which regions keep more of them.
+/// The detail of a surface that [`surface`] makes: the number of triangles to which it is simplified, and the weights that
+/// decide which regions keep more of them.
 pub struct Detail<W: Fn(Vec3) -> f32> {
     /// The number of triangles to which the surface is simplified. The surface keeps more triangles if further
     /// simplification would fold it or make it non-manifold.
     pub triangles: usize,
-    /// The weight of simplification errors near a point, which is given in the body's coordinates. Regions with a higher
-    /// weight keep more triangles.
+    /// The factor by which errors of the simplification near a point count; the point is given in the coordinates of the
+    /// body. Regions with a higher weight keep more triangles, and a constant weight treats all regions equally.
     pub weight: W,
 }
 
@@ -58,7 +60,8 @@ fn slope(body: &impl Fn(Vec3) -> f32, p: Vec3) -> Vec3 {
     Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * STEP)
 }
 
-/// Moves a point near the surface of the body onto the surface, along the gradient of the body's function.
+/// Moves a point near the surface of the body onto the surface, along the gradient of the body's function. Vertices need
+/// this because contouring and simplification place them only near the surface.
 fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     for _ in 0..3 {
         let slope = slope(body, p);
@@ -78,7 +81,7 @@ const BLOCK: usize = 5;
 const MAX_SLOPE: f32 = 2.0;
 
 /// The values of a body's function at the nodes of a grid, and the points where the body's surface crosses the edges between
-/// nodes.
+/// nodes. The triangles of the surface are made from them.
 struct Net<'a> {
     grid: &'a [Vec<f32>; 3],
     size: GridIndex,

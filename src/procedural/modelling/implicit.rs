@@ -1,5 +1,6 @@
-//! Implicit bodies as signed distance functions in metres. The value at a point is negative inside the body; outside, it is
-//! the distance to the surface of the body, in some functions approximately.
+//! Implicit bodies as signed distance functions in metres, which [`surface`](super::dual_contouring::surface) converts into
+//! triangles. The value at a point is negative inside the body; outside, it is the distance to the surface of the body, in
+//! some functions approximately.
 
 use glam::Vec3;
 

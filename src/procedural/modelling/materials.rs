@@ -1,4 +1,5 @@
-//! Materials of procedural scenes, as functions of a few parameters each.
+//! Materials of procedural scenes, made by functions of a few parameters, so that a scene need not state every property of a
+//! material.
 
 use crate::scene::Material;
 use glam::Vec3;

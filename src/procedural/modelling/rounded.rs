@@ -1,4 +1,5 @@
-//! Bodies with smooth normals: bodies turned on a lathe, and boxes with round edges.
+//! Bodies with smooth normals, from which furniture and other props are made: bodies turned on a lathe, and boxes with round
+//! edges.
 
 use super::shape::Shape;
 use super::turned::Profile;

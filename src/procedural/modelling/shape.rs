@@ -3,7 +3,8 @@
 use glam::{Mat3, Vec3};
 
 /// Triangles without shared vertices: three positions per triangle, in metres. There are either as many unit normals as
-/// positions, or none. A shape without normals is shaded flat.
+/// positions, or none; a shape without normals is shaded flat. Together with a material, a shape becomes a mesh or a part of
+/// one.
 #[derive(Clone, Default)]
 pub struct Shape {
     pub(super) positions: Vec<Vec3>,
@@ -180,7 +181,7 @@ impl Shape {
     }
 
     /// True if every edge of the triangles occurs equally often in both directions. On a closed surface this is so, because
-    /// each edge belongs to two triangles.
+    /// each edge belongs to two triangles. Tests check with it that bodies have no holes.
     #[cfg(test)]
     pub fn is_closed(&self) -> bool {
         let mut runs = std::collections::HashMap::new();
@@ -202,7 +203,8 @@ impl Shape {
             .sum()
     }
 
-    /// Six times the volume that a closed shape encloses, in cubic metres; positive if the faces point outwards.
+    /// Six times the volume that a closed shape encloses, in cubic metres; positive if the faces point outwards, and
+    /// negative if they point inwards.
     #[cfg(test)]
     pub fn signed_volume(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);

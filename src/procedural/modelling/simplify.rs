@@ -5,7 +5,8 @@ use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// A weighted sum of squared distances from a point p to planes: pᵀAp + 2b·p + c.
+/// A weighted sum of squared distances from a point p to planes: pᵀAp + 2b·p + c. Its value is the error that arises when
+/// the vertex of these planes is moved to p; the edges with the smallest error are collapsed first.
 #[derive(Clone, Copy)]
 struct Quadric {
     a: DMat3,
@@ -48,7 +49,7 @@ impl Quadric {
 /// collapsed first.
 type Candidate = (u64, [usize; 2], [u32; 2]);
 
-/// A closed surface that is being simplified.
+/// A closed surface that is being simplified, with the edges that may still be collapsed.
 struct Net<'a> {
     points: &'a mut [DVec3],
     faces: &'a mut [[usize; 3]],
@@ -153,9 +154,9 @@ impl Net<'_> {
     }
 }
 
-/// Reduces a closed surface to about `target` faces by collapsing edges, if that is possible without folds. `faces` has
-/// three indices of `points` per face; the removed faces are deleted from it, and some points are moved. Regions with a
-/// higher `weight`, a function of position, keep more faces.
+/// Reduces a closed surface to about `target` faces by collapsing edges. It keeps more faces if further collapses would fold
+/// the surface or make it non-manifold. `faces` has three indices of `points` per face; the removed faces are deleted from
+/// it, and some points are moved. Regions with a higher `weight`, a function of position, keep more faces.
 pub fn simplify(
     points: &mut Vec<DVec3>,
     faces: &mut Vec<[usize; 3]>,

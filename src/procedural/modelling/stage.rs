@@ -8,10 +8,11 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::TAU;
 
 /// The minimum duration of a repeating animation track, in seconds. A track lasts the smallest whole number of its periods
-/// that is at least this long.
+/// that is at least this long. Afterwards its value stays constant, so an object moves at least during this time.
 const LENGTH: f64 = 16.0;
 
-/// A scene that is still being built, together with the motion of its objects.
+/// A scene that is still being built, together with the motion of its objects. [`Stage::scene`] joins the two when all
+/// objects have been added.
 pub struct Stage {
     /// The builder of the scene's meshes, materials and instances.
     pub room: Builder,
@@ -65,7 +66,7 @@ impl Stage {
 
     /// Animates the emission of a material, which must be the next one that the caller adds to `room`. The emitted radiance
     /// is `color` (linear RGB) × `strength`. A track (values over time) in `colors` or `strengths` replaces the constant
-    /// colour or strength.
+    /// colour or strength; with `None`, it stays constant.
     pub fn emit(
         &mut self,
         color: Vec3,

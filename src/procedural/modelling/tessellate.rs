@@ -1,5 +1,5 @@
 //! Subdivision of emissive triangles. It changes the number of lights, as tests of light sampling need, but not the light
-//! that they emit together.
+//! that they emit together. The parameter `tessellation` of the scene `night-city` uses it.
 
 use crate::scene::{Mesh, Part, Scene};
 use glam::{DVec3, Vec3};

@@ -1,6 +1,6 @@
-//! A simulation of rigid bodies that fall into a heap. Each body consists of a few balls. In each step, balls that overlap
-//! are moved apart; then each body gets the position and rotation that fit its balls best (shape matching, Müller et al.
-//! 2005, 2016).
+//! A simulation of rigid bodies that fall into a heap, which arranges the objects of the scene `colourful-mess`. Each body
+//! consists of a few balls. In each step, balls that overlap are moved apart; then each body gets the position and rotation
+//! that fit its balls best (shape matching, Müller et al. 2005, 2016).
 //!
 //! Only +, −, ×, ÷ and square roots of scalars are used, because they give the same bits on every machine. Otherwise a
 //! difference in the last bit would grow to a different heap.
@@ -19,14 +19,16 @@ const MAX_STEP: f32 = 4.0 * STEP;
 /// along each other in one step is reduced by at most this multiple of the depth of their overlap.
 const FRICTION: f32 = 1.5;
 
-/// A rigid body that consists of balls, with its current position and rotation.
+/// A rigid body that consists of balls, with its current position and rotation. After the simulation, [`Self::moved`] moves
+/// the visible shape of the object to its place in the heap.
 pub struct Body {
     /// The balls of the body: their centres relative to the mean of all centres, in the body's coordinates, and their radii
     /// in metres.
     balls: Vec<(Vec3, f32)>,
     /// The mean of the balls' centres, in the coordinates that were given to [`Self::new`].
     middle: Vec3,
-    /// The mass of each ball: the volume that was given for the body, divided by the number of its balls.
+    /// The mass of each ball: the volume of the body in cubic metres, divided by the number of its balls. When two balls are
+    /// moved apart, the one with less mass moves further.
     mass: f32,
     at: Vec3,
     turn: Mat3,

@@ -1,4 +1,5 @@
-//! Surfaces swept from profiles: turned around an axis, extruded along a line, or swept around a rectangle.
+//! Surfaces swept from profiles: turned around an axis, extruded along a line, or swept around a rectangle. Props such as
+//! columns, mouldings and wheels are made from them.
 
 use super::shape::Shape;
 use glam::{Vec2, Vec3, vec2};

@@ -4,7 +4,8 @@
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Vec2, Vec3, vec3};
 
-/// The opening of a round arch: a rectangle with a half circle on top.
+/// The opening of a round arch: a rectangle with a half circle on top. The wall around it and the mouldings along its edge
+/// are computed from it.
 #[derive(Clone, Copy)]
 pub struct Arch {
     /// The radius of the round part, which is half the width of the opening, in metres.

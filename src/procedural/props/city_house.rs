@@ -5,11 +5,12 @@ use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe, met
 use crate::scene::Material;
 use glam::Vec3;
 
-/// The height of a storey, in metres.
+/// The height of a storey of a house, in metres. It is the vertical distance from one band of windows to the next.
 pub const STOREY: f32 = 3.4;
 
 /// Adds a house with the middle of its foot at `foot`. `size` has its width, height and depth in metres; the height decides
-/// the number of storeys. Each storey has bands of glass between piers. `lit` is the fraction of windows that emit light.
+/// the number of storeys. Each storey has bands of glass between piers. `random` chooses the colours, the objects on the
+/// roof and the windows that emit light, whose fraction of all windows is about `lit`.
 pub fn house(model: &mut Model, random: &mut Random, foot: Vec3, size: Vec3, lit: f32) {
     let wall = random.pick(&[
         [0.42, 0.3, 0.23],
@@ -73,8 +74,8 @@ pub fn house(model: &mut Model, random: &mut Random, foot: Vec3, size: Vec3, lit
     roof(model, random, foot + Vec3::Y * size.y, size);
 }
 
-/// Adds the objects on the flat roof of a house: boxes, sometimes a water tank, a lamp or a sign, and a red light on houses
-/// above 24 m. `top` is the middle of the roof, and `size` the size of the house, in metres.
+/// Adds the objects on the flat roof of a house, which `random` chooses: boxes, sometimes a water tank, a lamp or a sign.
+/// Houses above 24 m also get a red light. `top` is the middle of the roof, and `size` the size of the house, in metres.
 fn roof(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     let grey = dielectric("roof box", Vec3::splat(0.3), 0.6);
     let free = Vec3::new(size.x / 2.0 - 1.8, 0.0, size.z / 2.0 - 1.8);

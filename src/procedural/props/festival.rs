@@ -6,9 +6,9 @@ use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A place at one side of a street. Its `foot` is given for the left side; if the place is `mirrored`, it is the mirror
-/// image at the right side. In the coordinates of the spot, x points from the houses to the middle of the street, and y
-/// points up.
+/// A place at one side of a street, where a house or a stall is put. Its `foot` is given for the left side; if the place is
+/// `mirrored`, it is the mirror image at the right side. In the coordinates of the spot, x points from the houses to the
+/// middle of the street, and y points up.
 #[derive(Clone, Copy)]
 pub struct Spot {
     pub foot: Vec3,
@@ -29,7 +29,7 @@ impl Spot {
 }
 
 /// The model of a decorated street that is still being built, and the number of emissive triangles that may still be added
-/// to it.
+/// to it. At the end this number is 0, so that the street has exactly the number of lights that the user asks for.
 pub struct Festival {
     pub model: Model,
     left: u64,

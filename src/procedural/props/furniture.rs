@@ -5,8 +5,8 @@ use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, met
 use crate::scene::Material;
 use glam::{DAffine3, DQuat, Vec3};
 
-/// A piece of furniture that is placed as a whole. All its flat shapes become one mesh. Its smooth shapes become one mesh
-/// for each material.
+/// A piece of furniture that is placed as a whole. All its flat shapes become one mesh, which needs no normals. Its smooth
+/// shapes become one mesh for each material.
 #[derive(Default)]
 pub struct Piece {
     flat: Model,
@@ -25,7 +25,7 @@ impl Piece {
     }
 
     /// Adds the piece to a scene. It stands at the position `at` in metres, rotated by `degrees` around its vertical axis.
-    /// `name` is the name of its instances.
+    /// `name` is the name of its instances; to the instances of smooth shapes, the name of the material is added.
     pub fn put(self, scene: &mut Builder, name: &str, at: Vec3, degrees: f64) {
         let turn = DQuat::from_rotation_y(degrees.to_radians());
         let transform = DAffine3::from_rotation_translation(turn, at.as_dvec3());

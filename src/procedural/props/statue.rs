@@ -11,7 +11,8 @@ const FOOT: f32 = 0.135;
 /// The height of the middle of the head above the ground, in metres.
 const HEAD: f32 = 0.545;
 
-/// The random properties of a bust, in which it differs from other busts.
+/// The random properties of a bust, by which it differs from other busts. Its signed distance function and its pose are
+/// computed from them.
 struct Sitter {
     /// The rotation of the head around the vertical axis, which turns the face to a side, in radians.
     turn: f32,

@@ -5,8 +5,8 @@ use crate::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
 use crate::scene::Material;
 use glam::{Mat3, Vec3, vec3};
 
-/// Adds all shapes of the model `from` to the model `into`. They are rotated by `degrees` around +Y, and then moved by `to`
-/// in metres.
+/// Adds all shapes of the model `from` to the model `into`, so that an object that was made at the origin stands at its
+/// place. The shapes are rotated by `degrees` around +Y, and then moved by `to` in metres.
 pub fn put(into: &mut Model, from: Model, degrees: f32, to: Vec3) {
     let turn = Mat3::from_rotation_y(degrees.to_radians());
     for (material, shape) in from.0 {

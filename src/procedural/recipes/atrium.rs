@@ -54,8 +54,9 @@ const CEILING: f32 = 4.6;
 /// The height of the court's ceiling above the lower floor, in metres.
 const TOP: f32 = 2.0 * STOREY + 0.75;
 
-/// One side of the court, and the number `bays` of its arches. A shape that faces +Z stands on this side and faces the
-/// middle of the court after it is rotated by `turn` degrees around +Y and moved by `middle`.
+/// One side of the court, and the number `bays` of its arches. The parts of an arcade are made at the origin with their
+/// front towards +Z. Rotated by `turn` degrees around +Y and moved by `middle`, they stand on this side and face the middle
+/// of the court.
 struct Side {
     turn: f32,
     middle: Vec3,
@@ -101,8 +102,9 @@ impl Side {
     }
 }
 
-/// A horizontal ring at the height `y`, between an inner and an outer rectangle around the y axis. Both are given by half
-/// their sizes along X and Z. The ring faces up if `up` is true, and otherwise down.
+/// A horizontal ring at the height `y`, between an inner and an outer rectangle around the y axis, which is a floor or a
+/// ceiling of the galleries. Both rectangles are given by half their sizes along X and Z. The ring faces up if `up` is true,
+/// and down if it is false.
 fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     let corners = |half: Vec2| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]

@@ -40,7 +40,8 @@ const KERB: f32 = 0.15;
 /// The width of the pavement between the road and the houses, in metres.
 const WALK: f32 = 3.2;
 
-/// The meshes of the objects that the scene has many times (lamp posts, trees and cars), as indices of meshes.
+/// The meshes of the objects that the scene has many times (lamp posts, trees and cars), as indices of meshes. Each mesh is
+/// stored once, and every object is an instance of it, so that large cities fit into memory.
 struct Stock {
     posts: [(u32, u32); 2],
     tree: [u32; 2],

@@ -1,5 +1,6 @@
-//! The scene `colourful-mess`: a heap of toys among coloured lamps, in a closed room. The toys are matte, satin, glossy or
-//! of metal, and a simulation lets them fall onto the heap. Lengths are in metres, and the floor is at height 0.
+//! The scene `colourful-mess`: a heap of toys among coloured lamps, in a closed room. It tests how coloured light mixes on
+//! coloured surfaces. The toys are matte, satin, glossy or of metal, and a simulation lets them fall onto the heap. Lengths
+//! are in metres, and the floor is at height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::tumble::{Body, simulate_fall};
@@ -42,9 +43,9 @@ const COLORS: [[f32; 3]; 10] = [
     [0.75, 0.73, 0.68],
 ];
 
-/// The linear RGB radiances of the glowing balls in the heap, in W/(m²·sr). Each ball gets one of them at random. It is
-/// multiplied by 0.09 m / radius of the ball, but at most by 2: small balls are brighter, so that their light is visible,
-/// too.
+/// The linear RGB radiances of the glowing balls in the heap, in W/(m²·sr). Each ball gets one of them at random. The
+/// radiance is multiplied by 0.09 m / radius of the ball, but at most by 2: small balls are brighter, so that their light is
+/// visible, too.
 const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.4, 0.15],
     [9.0, 2.6, 0.2],
@@ -72,7 +73,8 @@ fn finish(random: &mut Random) -> Material {
     }
 }
 
-/// One toy of the heap. In the simulation of the fall, the toy consists of `balls` (the centre and the radius of each, in
+/// One toy of the heap: its shape and material in the scene, and a simpler model of it for the simulation of the fall, which
+/// decides where the toy lies. In the simulation, the toy consists of `balls` (the centre and the radius of each, in
 /// metres), and its mass is equal to its `volume` in cubic metres.
 struct Toy {
     shape: Shape,
@@ -91,7 +93,7 @@ fn ball(random: &mut Random, material: Material, smallest: f32, largest: f32) ->
     }
 }
 
-/// Makes a toy: a block with bevelled edges, centred at the origin. Its size and its material are random.
+/// Makes a toy of the heap: a block with bevelled edges, centred at the origin. Its size and its material are random.
 fn block(random: &mut Random) -> Toy {
     let side = random.between(0.08, 0.15);
     let half = random.pick(&[
@@ -135,9 +137,9 @@ fn block(random: &mut Random) -> Toy {
     }
 }
 
-/// Six balls (centre, radius) in a horizontal ring around the y axis. In the simulation of the fall, they represent a
-/// horizontal slice of a round toy (cone or drum). `radius` is the radius of the slice, `height` is the height of the balls'
-/// centres, and `thick` is the radius of the balls, all in metres.
+/// Six balls (centre, radius) in a horizontal ring around the y axis. The simulation of the fall computes only with balls,
+/// so rings represent the horizontal slices of a round toy (cone or drum). `radius` is the radius of the slice, `height` is
+/// the height of the balls' centres, and `thick` is the radius of the balls, all in metres.
 fn wreath(radius: f32, height: f32, thick: f32) -> impl Iterator<Item = (Vec3, f32)> {
     const HALF_ROOT_3: f32 = 0.866_025_4;
     let points = [(1.0, 0.0), (0.5, HALF_ROOT_3), (-0.5, HALF_ROOT_3)];
@@ -197,8 +199,8 @@ fn drum(random: &mut Random) -> Toy {
     }
 }
 
-/// A random rotation as a matrix. It is computed without sines and cosines, because their results differ between machines,
-/// and the scene must be the same on all of them.
+/// A random rotation as a matrix, with which a toy begins its fall. It is computed without sines and cosines, because their
+/// results differ between machines, and the scene must be the same on all of them.
 fn any_turn(random: &mut Random) -> Mat3 {
     let mut any = || {
         let point = |r: &mut Random| [(); 3].map(|()| r.between(-1.0, 1.0));

@@ -26,7 +26,7 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The corner of the room with the lowest coordinates, in metres.
+/// The corner of the room with the lowest coordinates, in metres. Walls, floor and roof are placed relative to it.
 const LOW: Vec3 = Vec3::new(-1.5, 0.0, -1.5);
 /// The size of the room along the axes x, y and z, in metres.
 const SIZE: Vec3 = Vec3::new(3.0, 2.4, 3.0);

@@ -1,5 +1,6 @@
 //! The scenes `cornell` and `cornell-glossy`: the Cornell box, with an open front, a red and a green wall, and one lamp
-//! under the ceiling. The box is two metres wide, high and deep, and its floor is at height 0.
+//! under the ceiling. `cornell` is a well-known picture to compare with, and `cornell-glossy` tests glossy reflections. The
+//! box is two metres wide, high and deep, and its floor is at height 0.
 
 use crate::procedural::modelling::{Builder, Shape, dielectric, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
@@ -31,7 +32,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The empty box with its lamp and its camera. The floor has the material `floor`; the other surfaces are matte.
+/// The empty box with its lamp and its camera, to which both scenes add their objects. The floor has the material `floor`;
+/// the other surfaces are matte.
 fn room(floor: Material) -> Builder {
     let mut room = Builder::default();
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
@@ -61,9 +63,9 @@ fn room(floor: Material) -> Builder {
     room
 }
 
-/// The transform that maps the cube of side 1 around the origin to a block on the floor. `size` is the size of the block
-/// along x, y and z, in metres. The middle of the block is at the coordinates `x` and `z`, and the block is rotated by
-/// `degrees` around its vertical axis.
+/// The transform that maps the cube of side 1 around the origin to a block on the floor of the box. `size` is the size of
+/// the block along x, y and z, in metres. The middle of the block is at the coordinates `x` and `z`, in metres, and the
+/// block is rotated by `degrees` around its vertical axis.
 fn on_floor(x: f64, z: f64, size: DVec3, degrees: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(
         size,

@@ -58,7 +58,8 @@ const BELOW: f32 = 0.02;
 /// The total area of the dim lamps, in square metres. Each lamp has an equal part of it, so that their total power does not
 /// depend on their number.
 const AREA: f32 = 0.36;
-/// The radiance of each dim lamp, in W/(m²·sr), equal in red, green and blue.
+/// The radiance of each dim lamp, in W/(m²·sr), equal in red, green and blue. The radiance of the bright lamp is computed
+/// from it and from the parameter `contrast`.
 const RADIANCE: f32 = 6.0;
 /// The edge length of the bright lamp, a square, in metres. It is short, so that the shadows of this lamp have sharp edges.
 const BRIGHT_SIDE: f32 = 0.1;
@@ -131,9 +132,9 @@ fn furnish(model: &mut Model) {
     );
 }
 
-/// Adds the lamps. `count` dim lamps form a grid under the ceiling of the camera's half, and each is a separate instance.
-/// The bright lamp is in the other half. `contrast` is the power of the bright lamp divided by the power of all dim lamps
-/// together.
+/// Adds the lamps. `count` dim lamps, at least 1, form a grid under the ceiling of the camera's half, and each is a separate
+/// instance. The bright lamp is in the other half. `contrast` is the power of the bright lamp divided by the power of all
+/// dim lamps together.
 fn lamps(room: &mut Builder, count: u32, contrast: f32) {
     let square = |side: f32| {
         let corner = Vec3::new(-side / 2.0, 0.0, -side / 2.0);

@@ -55,10 +55,11 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 ];
 
 /// A limit for the height of the small lamp above the floor (the parameter `height`), in metres. If the small lamp is lower,
-/// the scene has no large lamps, and the camera looks at the floor under the small lamp.
+/// the scene has no large lamps, and the camera sees only the floor around the small lamp. The picture then shows only light
+/// that travels over tiny distances, which is hard to compute precisely.
 const LOW: f32 = 0.05;
-/// The edge length of the large lamp, a square, in metres. If there are several large lamps, it is the edge length of the
-/// square in which they are arranged.
+/// The edge length of the large lamp, a square, in metres. If the parameter `lamps` cuts it into several lamps, it is the
+/// edge length of the square in which they are arranged.
 const SIDE: f32 = 0.4;
 /// The height of the large lamps above the floor, in metres.
 const HIGH: f32 = 1.2;

@@ -1,5 +1,5 @@
 //! The scene `figures`: spheres, cones and chessmen (the figures) on a wide plane, between and under coloured spheres that
-//! emit light. Lengths are in metres, and the plane is at height 0.
+//! emit light. It tests how a renderer samples many lights. Lengths are in metres, and the plane is at height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -34,9 +34,9 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 /// their number; a larger value spreads them more.
 const ROOM: f32 = 3.4;
 
-/// The functions that make the shapes of figures. The first one makes the king, which stands in the middle of the scene. For
-/// each other figure, one function of the list is picked at random; `pawn`, `ball` and `cone` occur twice, so they are twice
-/// as frequent.
+/// The functions that make the shapes of figures: spheres, cones and chessmen. The first one makes the king, which stands in
+/// the middle of the scene. For each other figure, one function of the list is picked at random; `pawn`, `ball` and `cone`
+/// occur twice, so they are twice as frequent.
 const KINDS: &[fn() -> Shape] = &[
     king, queen, bishop, rook, pawn, ball, cone, pawn, ball, cone,
 ];
@@ -158,8 +158,8 @@ const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
 const CLEAR_OF_EYE: f32 = 5.0;
 
 /// An occupied space, in metres: a disc on the ground with its centre and its radius, and the height up to which the space
-/// is occupied. Figures and lights that are placed later stay outside. There is one for each figure and one around the
-/// camera.
+/// is occupied. There is one for each figure and one around the camera. Figures and lights that are placed later stay
+/// outside, so that objects do not overlap and the view is free.
 struct Taken {
     middle: Vec3,
     radius: f32,
@@ -209,8 +209,8 @@ fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
 
 /// Places the king at the origin, and the other of the `count` figures at random positions in a disc around it. Figures do
 /// not overlap, and stay away from `eye`, the point on the ground below the camera. `radius` is the radius of the disc in
-/// metres; this function increases it until all figures have space. Returns the occupied spaces: first the one around `eye`,
-/// then one per figure.
+/// metres; this function increases it until all figures have space. Returns the occupied spaces, in which [`lights`] places
+/// no light: first the one around `eye`, then one per figure.
 fn scatter(
     scene: &mut Builder,
     random: &mut Random,
@@ -277,7 +277,8 @@ fn scatter(
 }
 
 /// Adds `count` coloured spheres that emit light, between and above the figures, within about `radius` metres of the origin.
-/// No sphere is inside a space in `taken`, or between the camera, which is above `eye`, and the king.
+/// `taken` lists the spaces that figures and the camera occupy. No sphere is inside such a space, or between the camera,
+/// which is above `eye`, and the king.
 fn lights(
     scene: &mut Builder,
     random: &mut Random,

@@ -1,6 +1,6 @@
 //! The scene `furnace`, a white furnace test: a room whose walls emit uniform light and reflect nothing, around one convex
-//! body. If the body reflects all light, it has the radiance of the walls and cannot be seen. This tests that the BSDF
-//! neither loses nor adds energy.
+//! body. If the body reflects all light, it has the radiance of the walls and cannot be seen. If it can be seen
+//! nevertheless, the BSDF loses or adds energy.
 
 use crate::procedural::modelling::{Builder, Shape};
 use crate::procedural::parameters::{Parameter, Range, Values};

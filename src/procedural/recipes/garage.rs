@@ -1,5 +1,5 @@
-//! The scene `garage`: a garage with a small car, a workbench, shelves and a bronze bust, under a few plain lamps. Lengths
-//! are in metres, and the floor is at height 0.
+//! The scene `garage`: a garage with a small car, a workbench, shelves and a bronze bust, under a few plain lamps. It tests
+//! small highlights on metal and paint. Lengths are in metres, and the floor is at height 0.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{

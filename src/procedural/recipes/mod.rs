@@ -1,5 +1,5 @@
-//! The recipes of the procedural scenes: their parameters, and the functions that generate them. There is one file for each
-//! family of scenes.
+//! The recipes of the procedural scenes: their parameters, and the functions that generate the scenes from them. There is
+//! one file for each family of scenes.
 
 mod atrium;
 mod city_grid;
@@ -20,7 +20,8 @@ mod two_rooms;
 
 use super::Procedural;
 
-/// All procedural scenes, in the order in which `headwater scene list` prints them.
+/// All procedural scenes, in the order in which `headwater scene list` prints them. A scene that is named on the command
+/// line is looked up in this list.
 pub const SCENES: &[Procedural] = &[
     Procedural {
         name: "atrium",

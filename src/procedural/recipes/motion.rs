@@ -63,7 +63,7 @@ pub(super) fn make(values: &Values) -> Scene {
 }
 
 /// Adds everything in the playroom that does not move: the room and its furniture. `random` decides the sizes and colours of
-/// the books.
+/// the books on the shelf.
 fn furnish(room: &mut Builder, random: &mut Random) {
     let wall = |name: &str, color: [f32; 3]| Material::lambert(name, Vec3::from(color));
     let (low, high) = (Vec3::new(-2.0, 0.0, -1.8), Vec3::new(2.0, 2.6, 3.8));

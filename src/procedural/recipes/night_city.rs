@@ -1,5 +1,5 @@
-//! The scene `night-city`: a wet street at night, between buildings with lit windows and neon signs, under street lamps.
-//! Lengths are in metres; the road is at height 0 and leads along −Z.
+//! The scene `night-city`: a wet street at night, between buildings with lit windows and neon signs, under street lamps. It
+//! tests how a renderer samples thousands of lights. Lengths are in metres; the road is at height 0 and leads along −Z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{
@@ -37,9 +37,9 @@ const FRONT: f32 = 7.5;
 /// The z coordinate at which the street begins, in metres. It is behind the camera.
 const START: f32 = 14.0;
 
-/// A rectangle that is parallel to the fronts of the buildings and faces the street. `side` is −1 for the buildings on the
-/// left and 1 for those on the right. `out` is the distance of the rectangle from the fronts, `z` and `y` are its lowest
-/// coordinates, and `width` is its size along z, all in metres.
+/// A rectangle that is parallel to the fronts of the buildings and faces the street, for windows and other flat parts.
+/// `side` is −1 for the buildings on the left and 1 for those on the right. `out` is the distance of the rectangle from the
+/// fronts, `z` and `y` are its lowest coordinates, and `width` is its size along z, all in metres.
 fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Shape {
     let corner = Vec3::new(side * (FRONT - out), y, z);
     let (along, up) = (Vec3::Z * width, Vec3::Y * height);

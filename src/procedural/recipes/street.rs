@@ -1,5 +1,6 @@
-//! The scene `street`: an old street on a festival night, with houses, market stalls and paper lanterns. Lengths are in
-//! metres, the ground is at height 0, and the street leads along −Z and bends.
+//! The scene `street`: an old street on a festival night, with houses, market stalls and paper lanterns. A parameter sets
+//! its exact number of emissive triangles, so that the cost of many lights can be measured. Lengths are in metres, the
+//! ground is at height 0, and the street leads along −Z and bends.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric};
@@ -28,8 +29,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 const FRONT: f32 = 4.3;
 /// The z coordinate at which the street begins, in metres. It is behind the camera.
 const START: f32 = 9.0;
-/// The minimum length of the street, in metres. The street is longer if the parameter `lights` asks for more emissive
-/// triangles than this length has.
+/// The minimum length of the street, in metres. If the parameter `lights` asks for more emissive triangles than a street of
+/// this length has, the street is longer.
 const SHORTEST: f32 = 60.0;
 
 /// Maps a point of a straight street along −Z to the bent street: it shifts the point along x by an amount that depends on

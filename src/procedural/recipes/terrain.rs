@@ -1,5 +1,5 @@
-//! The scene `terrain`: a landscape under a low sun, made of as many triangles as the parameter `triangles` says. It tests
-//! scenes with very many triangles.
+//! The scene `terrain`: a landscape under a low sun, made of about as many triangles as the parameter `triangles` says. It
+//! tests scenes with very many triangles.
 
 use crate::procedural::modelling::{Builder, Shape, emitter};
 use crate::procedural::parameters::{Parameter, Range, Values};
@@ -24,8 +24,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 /// The width and the depth of the landscape, in metres. Its middle is at the origin.
 const WIDTH: f32 = 100.0;
 
-/// A pseudorandom number in [−1, 1] for the point (x, z) with integer coordinates. The same point and the same `seed` always
-/// give the same number.
+/// A pseudorandom number in [−1, 1] for the point (x, z) with integer coordinates, from which [`noise`] interpolates. The
+/// same point and the same `seed` always give the same number.
 fn lattice(x: i32, z: i32, seed: u32) -> f32 {
     let mut h = (x as u32).wrapping_mul(0x8DA6_B343)
         ^ (z as u32).wrapping_mul(0xD816_3841)
@@ -35,8 +35,8 @@ fn lattice(x: i32, z: i32, seed: u32) -> f32 {
     (h ^ (h >> 15)) as f32 / 2_147_483_648.0 - 1.0
 }
 
-/// Smooth noise in [−1, 1] at the point (x, z): an interpolation between the numbers that [`lattice`] returns for the four
-/// points with integer coordinates around it.
+/// Smooth noise in [−1, 1] at the point (x, z), from which the ridges of the landscape are made. It is an interpolation
+/// between the numbers that [`lattice`] returns for the four points with integer coordinates around it.
 fn noise(x: f32, z: f32, seed: u32) -> f32 {
     let (i, j) = (x.floor(), z.floor());
     let fade = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
@@ -46,8 +46,8 @@ fn noise(x: f32, z: f32, seed: u32) -> f32 {
     mix(mix(at(0, 0), at(1, 0), u), mix(at(0, 1), at(1, 1), u), v)
 }
 
-/// The height of the ground at the point (x, z), all in metres: a sum of nine octaves of ridges. The ridges get higher
-/// towards the back of the landscape (−Z).
+/// The height of the ground in metres at the point (x, z), also in metres: a sum of nine octaves of ridges. The ridges get
+/// higher towards the back of the landscape (−Z). Each `seed` gives another landscape.
 fn height(x: f32, z: f32, seed: u32) -> f32 {
     let (mut sum, mut size, mut wave) = (0.0, 7.0, 32.0);
     for octave in 0..9 {

@@ -1,6 +1,6 @@
 //! The scene `two-rooms`: two furnished rooms with a door in the thin wall between them. The camera is in the front room and
-//! the only lamp in the back room, so all light in the front room comes through the door. Lengths are in metres; the floor
-//! is at height 0, the wall is at z = 0, and the front room at +z.
+//! the only lamp in the back room, so all light in the front room comes through the door. This tests light that few paths
+//! find. Lengths are in metres; the floor is at height 0, the wall is at z = 0, and the front room at +z.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, emitter, lathe, metal};
@@ -356,8 +356,9 @@ mod tests {
     use crate::procedural::generate;
 
     /// Counts how many of 4,000 random straight lines from the front room are not blocked by the wall, the frame or the
-    /// door. `angle` is the opening angle of the door in degrees, as text. Half of the lines end in the back room, and the
-    /// other half pass near an edge of the door. A shut door must block all lines.
+    /// door. A shut door must block all lines, because light would leak along any that is not blocked. `angle` is the
+    /// opening angle of the door in degrees, as text. Half of the lines end in the back room, and the other half pass near
+    /// an edge of the door.
     fn open_lines(angle: &str) -> usize {
         let settings = [("angle".to_owned(), angle.to_owned())];
         let scene = generate("two-rooms", &settings).unwrap();

@@ -3,31 +3,31 @@
 
 use super::Pipeline;
 
-/// The tolerance of the comparison: how much worse than the stored value a value of a pipeline may be. There is a field for
-/// each kind of value that has a tolerance.
+/// The tolerance of the comparison: how much worse than the stored value a value of a pipeline may be, because so small a
+/// change hardly costs time. There is a field for each kind of value that has a tolerance.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
     /// Allowed increase of the number of vector registers per invocation. [`SLACK`] allows 8, because RDNA2 assigns
     /// registers to subgroups of 64 invocations in steps of 8 (RDNA3 in steps of 12).
     pub vgprs: u64,
-    /// Allowed increase of the code size and of the number of instructions, as a fraction of the stored value: 0.02 allows 2
-    /// % more.
+    /// Allowed increase of the code size (in bytes) and of the number of instructions, as a fraction of the stored value:
+    /// 0.02 allows 2 % more.
     pub code: f64,
 }
 
 /// The tolerance with which [`compare`] compares. Spilled registers, scratch memory, shared memory and occupancy have no
-/// tolerance: they may not be worse at all.
+/// tolerance: if they are worse at all, `headwater statistics --against` fails.
 pub const SLACK: Slack = Slack {
     vgprs: 8,
     code: 0.02,
 };
 
-/// A kind of value that is compared with the value of the stored pipeline. A larger value is worse; therefore the occupancy
-/// is negated.
+/// A kind of value of a pipeline, such as its number of registers, that is compared with the value of the stored pipeline. A
+/// larger value is worse; therefore the occupancy is negated. A value that the driver does not report is not compared.
 struct Value {
     name: &'static str,
     of: fn(&Pipeline) -> Option<f64>,
-    /// Returns the largest value that does not count as worse. Its argument is the stored value.
+    /// Returns the largest value that does not count as worse. Its argument is the stored value, in the same unit.
     limit: fn(f64) -> f64,
 }
 
@@ -71,14 +71,15 @@ const VALUES: &[Value] = &[
 ];
 
 /// The outcome of a comparison of pipelines with stored ones: the values that are worse, and the number of pipelines that
-/// were not compared.
+/// were not compared. `headwater statistics --against` prints both, and fails if a value is worse.
 #[derive(Debug, Default)]
 pub struct Compared {
     /// One line of text for each value that is worse than the stored one by more than the tolerance; empty if there is no
     /// such value. A line names the device, the tracer, the pass and the value.
     pub worse: Vec<String>,
     /// Number of pipelines that were not compared, because they have no counterpart among the stored ones. A counterpart is
-    /// of the same pass and tracer, and has at least one scene and one configuration in common with the pipeline.
+    /// of the same pass and tracer (the method that traces rays), and has at least one scene and one configuration (named
+    /// settings) in common with the pipeline.
     pub without: usize,
 }
 
@@ -129,8 +130,8 @@ pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
 }
 
 /// An upper limit for the number of uses (a scene with a configuration) that two pipelines have in common: the number of
-/// their common scenes times the number of their common configurations. The exact number is not known, because a pipeline
-/// lists scenes and configurations separately.
+/// their common scenes times the number of their common configurations. [`compare`] selects the counterpart of a pipeline by
+/// it. The exact number is not known, because a pipeline lists scenes and configurations separately.
 fn common_uses(a: &Pipeline, b: &Pipeline) -> usize {
     let common = |a: &[String], b: &[String]| a.iter().filter(|name| b.contains(name)).count();
     common(&a.scenes, &b.scenes) * common(&a.settings, &b.settings)

@@ -1,5 +1,5 @@
-//! Compiles the pipelines with which scenes are rendered, and collects what the driver's compiler reports about them. The
-//! device only compiles; no shader runs.
+//! Compiles the pipelines with which scenes are rendered, and collects what the driver's compiler reports about them, such
+//! as the number of registers. The device only compiles; no shader runs.
 
 use super::settings::CONFIGURATIONS;
 use super::{Pipeline, WAVES, value};
@@ -16,11 +16,11 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 /// GLSL of a shader that needs no registers, so that a SIMD unit holds as many of its subgroups as possible. The occupancy
-/// of other shaders is measured against this number of subgroups.
+/// of other shaders is computed relative to this number of subgroups.
 const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}\n";
 
 /// A size in bytes that no scene exceeds. It replaces the size of the device's memory, because a driver that works without
-/// its GPU reports no memory.
+/// its GPU reports no memory, and every scene would be refused.
 const NO_LIMIT: u64 = 1 << 50;
 
 /// Width and height of the picture for which pipelines are made, in pixels. Any size does, because the shaders do not depend
@@ -31,17 +31,19 @@ const SIDE: u32 = 64;
 /// passes of direct and of indirect light are compiled.
 const BOUNCES: u32 = 5;
 
-/// A device that only compiles, and the pipelines that it has made so far, for all scenes.
+/// A device that only compiles, and the pipelines that it has made so far, for all scenes. `headwater statistics` adds one
+/// scene after the other, and then prints, stores or compares the pipelines.
 pub struct Compiler {
     device: Arc<Device>,
     /// The number of subgroups of the shader [`EMPTY`] that a SIMD unit holds (`waves`), divided by the number of
     /// invocations in such a subgroup. This times the subgroup size of another pass is the largest possible `waves` of that
     /// pass. `None` if the driver does not report `waves`.
     waves_per_invocation: Option<f64>,
-    /// The pipelines made so far, each with the hash of its SPIR-V. If another scene or configuration uses the same
-    /// pipeline, it is recognised by this hash, its pass and its tracer.
+    /// The pipelines made so far, each with the hash of its SPIR-V. If another scene or configuration (named settings) uses
+    /// the same pipeline, it is recognised by this hash, its pass and its tracer, and is not listed a second time.
     made: Vec<(String, Pipeline)>,
-    /// Number of entries in the device's list of compiled pipelines that [`Self::take`] has already read.
+    /// Number of entries in the device's list of compiled pipelines that [`Self::take`] has already read. The next call
+    /// begins with the entry after them.
     seen: usize,
 }
 
@@ -84,8 +86,8 @@ impl Compiler {
         })
     }
 
-    /// The tracers (methods that trace rays) for which the device can compile shaders: `compute-bvh`, and `ray-query` if the
-    /// device has ray queries.
+    /// The tracers (methods that trace rays) for which the device can compile shaders, and for which pipelines are made
+    /// unless the user selects one: `compute-bvh`, and `ray-query` if the device has ray queries.
     pub fn tracers(&self) -> Vec<Tracer> {
         let mut tracers = vec![Tracer::ComputeBvh];
         if self.device.info.ray_query {
@@ -94,9 +96,10 @@ impl Compiler {
         tracers
     }
 
-    /// Makes every pipeline that one tracer needs to render a scene, with each of the [`CONFIGURATIONS`]. The shaders are
-    /// compiled in the variant that [`selection::select`] chooses for the device and the scene. `name` is the name by which
-    /// the result lists the scene. `watch` is called before each configuration; if it returns an error, the work ends.
+    /// Makes every pipeline that one tracer needs to render a scene, with each of the [`CONFIGURATIONS`] (named settings).
+    /// The shaders are compiled in the variant that [`selection::select`] chooses for the device and the scene. `name` is
+    /// the name by which the result lists the scene. `watch` is called before each configuration; if it returns an error,
+    /// the work ends.
     ///
     /// # Errors
     /// The tracer or the device does not fit the scene, the driver rejects a shader, or the errors of `watch`.
@@ -197,8 +200,8 @@ impl Compiler {
         self.seen = compiled.len();
     }
 
-    /// The pipelines of all scenes, sorted by tracer, then by pass, by the scenes and configurations that use them, and by
-    /// their number of instructions.
+    /// Ends the work, and returns the pipelines of all scenes. They are sorted by tracer, then by pass, by the scenes and
+    /// configurations that use them, and by their number of instructions.
     pub fn finish(self) -> Vec<Pipeline> {
         let mut made: Vec<Pipeline> = self
             .made

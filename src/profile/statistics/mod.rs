@@ -1,5 +1,6 @@
-//! Registers, memory and occupancy of the pipelines of every pass, as the driver's compiler reports them. The pipelines are
-//! only compiled. No shader runs, so a driver can report on a machine that lacks its GPU.
+//! Registers, memory and occupancy of the pipelines of every pass, as the driver's compiler reports them. They show whether
+//! a change makes a shader slower on a GPU, even if this GPU is missing: the pipelines are only compiled, no shader runs,
+//! and some drivers can compile without their GPU.
 
 mod check;
 mod collect;
@@ -18,7 +19,8 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What the driver's compiler reports about one pipeline: a pass with certain SPIR-V, compiled by one driver for one device.
-/// Several scenes and configurations can share a pipeline. An optional value is `None` if the driver does not report it.
+/// The values are compared with stored ones, to find changes that make the pass slower. Several scenes and configurations
+/// can share a pipeline. An optional value is `None` if the driver does not report it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pipeline {
     /// Name of the device for which the pass was compiled.
@@ -58,7 +60,8 @@ pub struct Pipeline {
 
 impl Pipeline {
     /// Copies the values of the compiler's report into the pipeline, and computes its occupancy. `most_waves` is the value
-    /// of `waves` for a shader that needs no registers. If it is `None`, the occupancy is `None`, too.
+    /// of `waves` for a shader that needs no registers. If `most_waves` is `None`, or the report lacks `waves`, the
+    /// occupancy is `None`, too.
     fn set(&mut self, report: &CompilerReport, most_waves: Option<f64>) {
         self.subgroup_size = report.subgroup_size;
         self.vgprs = value(report, "VGPRs");
@@ -76,18 +79,20 @@ impl Pipeline {
     }
 }
 
-/// The name under which RADV reports the maximum number of subgroups that a SIMD unit holds at once (`waves`).
+/// The name under which the driver RADV reports the maximum number of subgroups that a SIMD unit holds at once (`waves`).
+/// Other drivers may not report it.
 const WAVES: &str = "Subgroups per SIMD";
 
-/// The value of the statistic that the driver calls `name`. `None` if the report does not contain it, or if it is not a
-/// non-negative integer.
+/// The value of the statistic that the driver calls `name`, such as `VGPRs`. `None` if the report does not contain it, or if
+/// it is not a non-negative integer.
 fn value(report: &CompilerReport, name: &str) -> Option<u64> {
     let mut statistics = report.statistics.iter();
     let (_, value) = statistics.find(|(own, _)| own == name)?;
     value.parse().ok()
 }
 
-/// Reads the pipelines from the file at `path`, which contains a text that [`json()`] made.
+/// Reads the pipelines from the file at `path`, which contains a text that [`json()`] made. New pipelines are compared with
+/// them, or replace them in the file.
 ///
 /// # Errors
 /// The file cannot be read, is too large, or is not a JSON array of pipelines.

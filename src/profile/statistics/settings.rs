@@ -5,7 +5,7 @@ use crate::render::Settings;
 use crate::render::presets::Preset;
 
 /// A configuration: the settings of a preset, with some of them changed, under a name. `headwater statistics` compiles the
-/// passes of every scene with each configuration.
+/// passes of every scene with each configuration, because the settings decide which passes there are and what their code is.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration {
     /// Name of the configuration in tables and files. A preset without changes has the name of the preset.
@@ -15,7 +15,7 @@ pub struct Configuration {
 }
 
 /// The configurations with which `headwater statistics` compiles the passes: one for each preset, and three with passes that
-/// no preset uses (those of other light samplers and of world reservoirs).
+/// no preset uses (those of other light samplers and of world reservoirs). Together they use every pass.
 pub const CONFIGURATIONS: &[Configuration] = &[
     Configuration::preset("path-tracing"),
     Configuration::preset("fast"),

@@ -14,8 +14,9 @@ use crate::base::progress::Watch;
 use crate::gpu::{Buffer, PassTime};
 use crate::shader_interface::{GpuCamera, ReservoirAov};
 
-/// An integrator renders the frames of one view of a scene. Before each call, [`Renderer`](super::Renderer) moves the scene
-/// to its pose (the positions of all objects) in the frame. A frame has one sample per pixel.
+/// An integrator renders the frames of one view of a scene, by path tracing or by reservoir resampling. Before each call,
+/// [`Renderer`](super::Renderer) moves the scene to its pose (the positions of all objects) in the frame. A frame has one
+/// sample per pixel.
 ///
 /// Methods that return a [`Result`] fail if the device fails or its driver rejects a shader; `# Errors` sections name other
 /// errors.
@@ -45,8 +46,8 @@ pub trait Integrator {
     ) -> Result<Vec<PassTime>>;
 
     /// Renders the frame with the index `index` without adding it to earlier samples. The result is in the buffer
-    /// [`Self::color`]. If that is `None`, the result is in `sums`, which are cleared first. Returns the times of the
-    /// passes, one entry per run of a pass; with path tracing, one entry per pass.
+    /// [`Self::color`]. If that is `None`, the result is in `sums`, which are cleared first; otherwise `sums` stay as they
+    /// are. Returns the times of the passes, one entry per run of a pass; with path tracing, one entry per pass.
     fn render(
         &mut self,
         index: u32,
@@ -54,9 +55,10 @@ pub trait Integrator {
         sums: &mut Accumulator,
     ) -> Result<Vec<PassTime>>;
 
-    /// Renders a frame as [`Self::render`] does, but does not wait for the device if the integrator can avoid it. It then
-    /// returns `None`, and [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times of the
-    /// passes. If the integrator waits, this method returns the times.
+    /// Renders the frame with the index `index` to the same buffer as [`Self::render`], but does not wait for the device if
+    /// the integrator can avoid it, so that the device has no gaps between frames. It then returns `None`, and
+    /// [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times of the passes. If the integrator
+    /// waits, this method returns the times.
     fn submit(
         &mut self,
         index: u32,
@@ -74,15 +76,18 @@ pub trait Integrator {
     /// 0.
     fn restart(&mut self, seed: u32) -> Result<()>;
 
-    /// The counters of the integrator's passes, which count rays, rejected values and more.
+    /// The counters of the integrator's passes, which count rays, rejected values and more. The caller reads them to detect
+    /// faults and to explain the cost of passes.
     fn counters(&mut self) -> &mut Counters;
 
     /// The size in bytes of the buffers with data of pixels, path vertices and light samplers, which the integrator keeps
-    /// besides the scene and the sums of radiance. 0 for path tracing, which has no such buffers.
+    /// besides the scene and the sums of radiance. Users compare the memory of settings by it. 0 for path tracing, which has
+    /// no such buffers.
     fn bytes(&self) -> u64;
 
-    /// The contents of the reservoirs of direct or of indirect light (`lighting`) after the last frame, for debug AOVs
-    /// (additional channels of a picture). One entry per pixel, row by row from the top.
+    /// The contents of the reservoirs of direct or of indirect light (`lighting`) after the last frame, for debug AOVs:
+    /// additional channels of a picture that show, for example, which light each pixel selected. One entry per pixel, row by
+    /// row from the top.
     ///
     /// # Errors
     /// The integrator has no reservoirs.

@@ -23,9 +23,9 @@ crate::bindings! {
 }
 
 /// The number of loop iterations that a ray is assumed to take. On drivers that limit the loop iterations of an invocation,
-/// it decides how many samples a dispatch may have. Higher: fewer samples per dispatch, so the limit is less likely to be
-/// exceeded. For comparison: in the scene `night-city`, the slowest of the eight rays of a subgroup takes up to 128
-/// iterations.
+/// it decides how many samples a dispatch may have; on others it has no effect. Higher: fewer samples per dispatch, so the
+/// limit is less likely to be exceeded. For comparison: in the scene `night-city`, the slowest of the eight rays of a
+/// subgroup takes up to 128 iterations.
 const STEPS_PER_RAY: u32 = 512;
 
 /// The integrator that traces paths for one view of a scene. Its pass adds many samples per dispatch directly to the sums of
@@ -40,8 +40,8 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    /// Makes the pass `path_trace`, and the buffers of `sums`, to which the pass adds. If `counting` is true, the pass also
-    /// counts rays and lanes, which costs time.
+    /// Makes the integrator: the pass `path_trace`, its counters, and the buffers of `sums`, to which the pass adds
+    /// radiance. If `counting` is true, the pass also counts rays and lanes, which costs time.
     ///
     /// # Errors
     /// The buffers exceed a limit or the free memory of the device, the picture is wider than the device can bind or
@@ -73,8 +73,9 @@ impl PathTracer {
         })
     }
 
-    /// The maximum number of samples per pixel and dispatch. It is limited only on drivers that end a loop after a certain
-    /// number of iterations. Such a driver would end the loop over many samples early, and pixels would be too dark.
+    /// The maximum number of samples per pixel and dispatch, at least 1. It is limited only on drivers that end a loop after
+    /// a certain number of iterations. Such a driver would end the loop over many samples early, and pixels would be too
+    /// dark.
     fn samples_at_once(&self) -> u32 {
         self.device.info.loop_turns.map_or(u32::MAX, |turns| {
             let rays = self

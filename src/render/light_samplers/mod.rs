@@ -17,7 +17,7 @@ use light_bvh::settings::LightBvhSettings;
 use std::sync::Arc;
 
 /// A light sampler that has buffers: pixels draw their light candidates of direct light with the help of these buffers. The
-/// sampler also has the passes that fill the buffers.
+/// sampler also has the passes that fill the buffers, and the numbers that shaders need to read them.
 pub trait LightSampler {
     /// The buffers of the sampler, each with the name of its binding in the shaders.
     fn buffers(&self) -> Vec<(&'static str, &Buffer)>;
@@ -73,10 +73,12 @@ pub struct SamplerInputs<'a> {
     pub pass: &'a dyn Fn(&str) -> Result<ComputePass>,
 }
 
-/// A light sampler with its passes and buffers; `None` if the settings do not use the sampler.
+/// The result of making a light sampler: the sampler with its passes and buffers, or `None` if the settings do not use the
+/// sampler.
 type Made = Option<Box<dyn LightSampler>>;
 
-/// A kind of light sampler: a function that computes the sizes of its buffers, and a function that makes the sampler.
+/// A kind of light sampler: a function that computes the sizes of its buffers, so that they can be checked before anything
+/// is made, and a function that makes the sampler.
 struct Kind {
     /// Returns the name and the size in bytes of each buffer. The arguments are the settings, the view, and the bytes of one
     /// reservoir of direct light. The result is empty if the settings do not use the sampler.
@@ -84,7 +86,8 @@ struct Kind {
     make: fn(&SamplerInputs<'_>) -> Result<Made>,
 }
 
-/// All kinds of light samplers that have buffers or passes. A new kind is registered by an entry here.
+/// All kinds of light samplers that have buffers or passes. [`LightSamplers`] makes those that the settings use. A new kind
+/// is registered by an entry here.
 const KINDS: [Kind; 2] = [LightLists::KIND, HashGridLight::KIND];
 
 /// The light samplers of a renderer that have buffers or passes: light lists, or the hash grid. Pixels draw candidates of
@@ -103,8 +106,9 @@ impl LightSamplers {
         Ok(Self(made.collect::<Result<_>>()?))
     }
 
-    /// The name and the size in bytes of each buffer that [`Self::new`] would make, so that sizes can be checked before.
-    /// `reservoir_bytes` is the size of one reservoir of direct light, in bytes.
+    /// The name and the size in bytes of each buffer that [`Self::new`] would make. The caller checks these sizes against
+    /// the memory and the limits of the device before it makes the buffers. `reservoir_bytes` is the size of one reservoir
+    /// of direct light, in bytes.
     pub fn bytes(
         settings: &SamplerSettings<'_>,
         view: &ViewConstants,
@@ -114,7 +118,7 @@ impl LightSamplers {
         KINDS.iter().flat_map(sizes).collect()
     }
 
-    /// The samplers that the settings use, in the order in which their passes run.
+    /// The samplers that the settings use, in the order in which their passes run; empty if the settings use none.
     pub fn iter(&self) -> impl Iterator<Item = &dyn LightSampler> {
         self.0.iter().map(|sampler| &**sampler)
     }

@@ -1,4 +1,5 @@
-//! The sums of radiance over the samples of a picture, stored on the device.
+//! The sums of radiance over the samples of a picture, stored on the device. The mean radiance of each pixel and its
+//! standard error are computed from them.
 
 use super::radiance::Radiance;
 use crate::gpu::{Buffer, ComputePass, Device, PassTime, Recording, in_rows};
@@ -72,7 +73,8 @@ impl Accumulator {
         self.samples += samples;
     }
 
-    /// Sets the sums of all pixels and the number of samples to zero. The buffers stay allocated.
+    /// Sets the sums of all pixels and the number of samples to zero, so that the next samples begin a new picture. The
+    /// buffers stay allocated.
     ///
     /// # Errors
     /// The device fails.
@@ -115,8 +117,8 @@ impl Accumulator {
         Ok(times)
     }
 
-    /// Reads the sums of all pixels, row by row from the top, in the device's unit of radiance. The result is empty if the
-    /// buffers of sums are not made yet.
+    /// Reads the sums of all pixels, row by row from the top, in the device's unit of radiance, so that the CPU can compute
+    /// means and standard errors. The result is empty if the buffers of sums are not made yet.
     ///
     /// # Errors
     /// The device fails.
@@ -148,8 +150,8 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The location on the device of each pixel's sum of radiance: one part of the picture per strip (group of whole rows),
-    /// from top to bottom. Empty if the buffers of sums are not made yet.
+    /// The location on the device of each pixel's sum of radiance, so that the sums can be tone-mapped or read: one part of
+    /// the picture per strip (group of whole rows), from top to bottom. Empty if the buffers of sums are not made yet.
     pub fn radiance(&self) -> Vec<Radiance<'_>> {
         let parts = self.strips.iter().map(|(strip, sums)| Radiance {
             buffer: sums,

@@ -17,6 +17,7 @@ crate::bindings! {
 }
 
 /// The pass that converts radiance to the values that a display shows, and the buffer to which the pass writes the picture.
+/// The command `capture` presents this picture, and can write it to a PNG file.
 pub struct Display {
     device: Arc<Device>,
     pass: ComputePass,

@@ -1,5 +1,5 @@
-//! Outputs of a renderer: sums over samples, radiance on the device, the picture for displays, and AOVs (additional
-//! channels) of surfaces.
+//! Outputs of a renderer: the sums of radiance over samples, from which the mean picture follows; the location of radiance
+//! on the device; the picture for displays; and AOVs (additional channels of a picture) of surfaces.
 
 pub mod accumulator;
 pub mod display;

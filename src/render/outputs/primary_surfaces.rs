@@ -10,7 +10,8 @@ use crate::shader_interface::{FrameConstants, GpuCamera, PrimarySurface};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `primary`, which finds the primary surface of each pixel.
+    /// Bindings of the pass `primary`, which finds the primary surface of each pixel (the surface that the ray through its
+    /// centre hits), for channels such as depth and normals.
     pub struct Primary {
         [offers scene: SceneBindings]
         uniform frame,
@@ -20,8 +21,9 @@ crate::bindings! {
     }
 }
 
-/// The pass `primary`, which traces one ray through the centre of each pixel, and finds the depth, normal, albedo and motion
-/// of the surface there. It runs only when channels with these values are read, and has no effect on the picture.
+/// The pass `primary`, which traces one ray through the centre of each pixel, and finds the depth, normal, albedo, instance
+/// and motion of the surface there. The option `--aov` writes them to files, for example for denoisers. The pass runs only
+/// when they are read, and has no effect on the picture.
 pub struct PrimarySurfaces {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,
@@ -44,8 +46,8 @@ impl PrimarySurfaces {
     }
 
     /// Finds the surfaces that the camera of `constants` sees in the current pose of the scene, one per pixel, row by row
-    /// from the top. Depths are in the device's unit of length. `previous` is the camera of the previous frame, from which
-    /// motion vectors are computed.
+    /// from the top. Depths are in the device's unit of length; a depth of 0 means that the pixel shows no surface.
+    /// `previous` is the camera of the previous frame, from which motion vectors are computed.
     pub fn read(
         &self,
         constants: &FrameConstants,

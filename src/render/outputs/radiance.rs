@@ -1,11 +1,12 @@
-//! The location of a picture's radiance in buffers on the device, in one form for all integrators.
+//! The location of a picture's radiance in buffers on the device. It has one form for all integrators, so that any picture
+//! can be read or tone-mapped in the same way.
 
 use crate::Result;
 use crate::gpu::Buffer;
 use glam::Vec3;
 
-/// The location of the radiance of consecutive pixels of a picture in a buffer on the device. The pixels are in rows from
-/// the top.
+/// The location of the radiance of consecutive pixels of a picture in a buffer on the device, so that it can be read or
+/// tone-mapped. The pixels are in rows from the top. A large picture has several such parts, each in a separate buffer.
 pub struct Radiance<'a> {
     /// A buffer of 32-bit floats. The first three of each pixel are its red, green and blue radiance, in the device's unit
     /// of radiance, summed over the samples.
@@ -14,7 +15,7 @@ pub struct Radiance<'a> {
     pub stride: u32,
     /// The index in the picture of the first pixel in the buffer; indices count row by row from the top.
     pub first_pixel: u32,
-    /// The number of pixels in the buffer.
+    /// The number of pixels whose radiance the buffer contains.
     pub pixels: u32,
     /// The number of samples in each pixel's sum. The mean radiance of a pixel is its sum divided by this number.
     pub samples: u32,

@@ -3,7 +3,8 @@
 use crate::shader_interface::PixelSums;
 use glam::DVec3;
 
-/// The sums of radiance and of squared radiance over the samples of each pixel, as read from the device.
+/// The sums of radiance and of squared radiance over the samples of each pixel, as read from the device. The mean radiance
+/// of each pixel and its standard error are computed from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sums {
     /// The sums of each pixel, row by row from the top. They are in the device's unit of radiance, in which squares neither

@@ -61,7 +61,7 @@ impl Default for Direct {
 
 impl Direct {
     /// A copy of these settings for path tracing, for which only `mode` has an effect. All other settings are set to their
-    /// defaults.
+    /// defaults, so that settings with the same reference picture become equal.
     pub fn of_path_tracing(&self) -> Self {
         Self {
             mode: self.mode,
@@ -76,8 +76,8 @@ impl Direct {
     }
 
     /// True if a separate pass traces the first BSDF ray of each pixel, its pilot, which is a candidate of direct light.
-    /// `paths` is true if the paths of indirect light also begin with pilots. The result is true if direct light has BSDF
-    /// candidates, and either `paths` is true or pilots decide which pixels draw more BSDF candidates.
+    /// This is so if direct light has BSDF candidates, and either `paths` is true or pilots decide which pixels draw more
+    /// BSDF candidates. `paths` is true if the paths of indirect light also begin with pilots.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }

@@ -93,7 +93,7 @@ impl Default for Indirect {
 
 impl Indirect {
     /// A copy of the settings of resampling with the values that indirect light really uses: one light sample with
-    /// `secondary=power`, and no reuse unless `mode=restir`.
+    /// `secondary=power`, and no reuse unless `mode=restir`. The passes of indirect light are made from this copy.
     pub fn effective_resampling(&self) -> Resampling {
         let mut resampling = self.resampling;
         if self.secondary == Secondary::Power {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::LazyLock;
 
-/// One setting as the command `headwater presets` shows it.
+/// One setting as the command `headwater presets` shows it, so that the user learns what it does and which values it takes.
 #[derive(Clone, Debug, Serialize)]
 pub struct Description {
     /// The dotted key of the setting, such as `direct.spatial.radius`.
@@ -58,9 +58,9 @@ impl Settings {
         Ok(settings)
     }
 
-    /// As [`Self::with`], for `changes` that were parsed from the TOML text `source`. `path` lists the keys and indices that
-    /// lead from the root of the text to the table of the changes, and is empty if this table is the root. It is used to
-    /// find the line of a wrong setting.
+    /// A copy of these settings in which `changes` are made, a tree of values that was parsed from the TOML text `source`.
+    /// `path` lists the keys and indices that lead from the root of the text to the table of the changes, and is empty if
+    /// this table is the root. With it, an error names the line of the wrong setting, unlike that of [`Self::with`].
     ///
     /// # Errors
     /// The errors of [`Self::with`]; the message also names the TOML text and the line.
@@ -93,8 +93,8 @@ impl Settings {
         ))
     }
 
-    /// Describes every setting: its key, its doc comment, its possible values, and its value in these settings. The result
-    /// has one entry per setting, in the order of the fields.
+    /// Describes every setting, for the command `headwater presets`: its key, its doc comment, its possible values, and its
+    /// value in these settings. The result has one entry per setting, in the order of the fields.
     ///
     /// # Errors
     /// The settings cannot be written as JSON, which does not happen with the settings of this build.
@@ -115,7 +115,8 @@ impl Settings {
             .collect())
     }
 
-    /// Converts the settings to a tree of JSON values, with one object per structure of settings.
+    /// Converts the settings to a tree of JSON values, with one object per structure of settings. Pictures, reports and
+    /// results of studies store this tree.
     ///
     /// # Errors
     /// The settings cannot be written as JSON, which does not happen with finite values.
@@ -124,12 +125,12 @@ impl Settings {
     }
 }
 
-/// The JSON schema of all settings, which contains their doc comments, ranges and choices. It is made once, at its first
-/// use, since that takes milliseconds.
+/// The JSON schema of all settings, which contains their doc comments, ranges and choices. Descriptions and checks of values
+/// are made from it. It is made once, at its first use, since that takes milliseconds.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Settings).to_value());
 
 /// The place of the value with the dotted key `key` in a tree of settings, so that the caller can replace the value. `None`
-/// if the key is unknown or names a group of settings.
+/// if the key is unknown, or if it names a group of settings, which has no value of its own.
 fn slot_of<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     let slot = key
         .split('.')
@@ -171,8 +172,9 @@ fn values_of(field: &'static Value) -> String {
     }
 }
 
-/// True if the number `value` is between the minimum and the maximum of its setting, both included. `field` is the schema of
-/// the setting, and a missing limit allows all numbers. Always true if `value` is not a number.
+/// True if the number `value` is between the minimum and the maximum of its setting, both included; otherwise the change is
+/// refused. `field` is the schema of the setting, and a missing limit allows all numbers. Always true if `value` is not a
+/// number.
 fn in_range(field: &Value, value: &Value) -> bool {
     let bound = |name: &str| field.get(name).and_then(Value::as_f64);
     value.as_f64().is_none_or(|number| {
@@ -182,7 +184,8 @@ fn in_range(field: &Value, value: &Value) -> bool {
 }
 
 /// Appends one entry to `out` for each value in the JSON tree `value` that is not an object: the dotted key of the value,
-/// and the value itself. `prefix` is the dotted key of the tree in a larger tree; it is empty for a whole tree.
+/// and the value itself. So nested and dotted settings get the same keys. `prefix` is the dotted key of the tree in a larger
+/// tree; it is empty for a whole tree.
 pub(crate) fn flatten(prefix: &str, value: &Value, out: &mut Vec<(String, Value)>) {
     match value {
         Value::Object(map) => {

@@ -53,8 +53,8 @@ pub enum Energy {
     Compensated,
 }
 
-/// Settings of Russian roulette, which ends dim paths at random. The light of the paths that continue is multiplied by a
-/// factor, so that the mean stays the same.
+/// Settings of Russian roulette, which ends dim paths at random to save time. The light of the paths that continue is
+/// multiplied by a factor, so that the mean stays the same.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Roulette {
@@ -105,7 +105,8 @@ pub struct Settings {
     /// The treatment of the energy that the specular lobe loses because it models single scattering only: `gltf` leaves it
     /// lost, `compensated` adds it again, at the cost of one table look-up per vertex.
     pub energy: Energy,
-    /// Russian roulette, which ends dim paths at random and gives more weight to those that continue.
+    /// Russian roulette, which ends dim paths at random to save time, and gives more weight to those that continue, so that
+    /// the mean stays the same.
     pub roulette: Roulette,
     /// The rotation and the brightness of the environment that `--environment` gives. They have no effect without
     /// `--environment`.

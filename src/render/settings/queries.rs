@@ -10,7 +10,8 @@ use crate::shader_interface::{HashGrid, WorldReservoirs};
 
 impl Settings {
     /// True if the picture shows light that surfaces scatter. `bounces` is the maximum number of scattering events of a
-    /// path. If false, the picture shows only the light that emitters send directly to the camera.
+    /// path. If false, the picture shows only the light that emitters send directly to the camera, so scenes with only point
+    /// lights are black.
     pub fn scatters_light(&self, bounces: u32) -> bool {
         let resamples = self.integrator == Integrator::Restir;
         let indirect = !(resamples && self.indirect.mode == IndirectMode::Off);
@@ -62,8 +63,9 @@ impl Settings {
         self.integrator == Integrator::Restir && self.drawing_from(candidates, bounces).count() > 0
     }
 
-    /// The settings of resampling for each kind of light that is rendered and whose candidates are drawn by the method
-    /// `candidates`. Direct light comes before indirect light.
+    /// The settings of resampling for each kind of light (direct, then indirect) that is rendered and whose candidates are
+    /// drawn by the method `candidates`; none if no light uses this method. `bounces` is the maximum number of scattering
+    /// events of a path.
     fn drawing_from(
         &self,
         candidates: Candidates,
@@ -105,8 +107,8 @@ impl Settings {
             && self.light_bvh.tile > 1
     }
 
-    /// The points for which the hash grid makes its reservoirs: surfaces of pixels, or points on all surfaces of the scene.
-    /// [`HashGrid::None`] unless `direct.candidates=hash-grid`.
+    /// The points for which the hash grid (reservoirs of direct light in cells of space) makes its reservoirs: surfaces of
+    /// pixels, or points on all surfaces of the scene. [`HashGrid::None`] unless `direct.candidates=hash-grid`.
     pub fn hash_grid(&self) -> HashGrid {
         match (self.direct.resampling.candidates, self.hash_grid.mode) {
             (Candidates::HashGrid, GridMode::Unbiased) => HashGrid::Pixels,

@@ -20,8 +20,8 @@ pub enum Candidates {
     /// selects each light with the same probability.
     Power,
     /// Most lights are drawn from a tree of lights, by their expected contribution at the shading point; a fraction of the
-    /// candidates is drawn by power among all lights. For indirect light, the second vertices of paths draw from the tree,
-    /// and later vertices by power.
+    /// candidates is drawn among all lights, with the probabilities of `light_bvh.rest`. For indirect light, the second
+    /// vertices of paths draw from the tree, and later vertices draw all candidates among all lights.
     LightBvh,
     /// Lights are drawn by power, and the pixel selects one sample. It then merges this sample with reservoirs of a hash
     /// grid, which stores reservoirs in cells of space. For indirect light, `hash-grid` means `power`.

@@ -13,12 +13,12 @@ pub struct Reservoirs {
     /// The contents of a reservoir in memory: `full` stores all values of a sample and costs memory; `compact` stores fewer,
     /// and shaders read the others from the scene, which costs time. No effect on bias.
     pub format: Format,
-    /// The order in which pixels are stored in buffers with one entry per pixel: by row, by column, or in square tiles. No
-    /// effect on the picture.
+    /// The order in which pixels are stored in buffers with one entry per pixel: by row, by column, or in square tiles. It
+    /// changes the time of memory access only, not the picture.
     pub order: Order,
     /// The arrangement of the 32-bit words of reservoirs. With `aos`, all words of one reservoir are adjacent in memory;
-    /// with `soa`, the first words of all reservoirs are adjacent, then all second words, and so on. No effect on the
-    /// picture.
+    /// with `soa`, the first words of all reservoirs are adjacent, then all second words, and so on. It changes the time of
+    /// memory access only, not the picture.
     pub arrays: Arrays,
 }
 
@@ -34,8 +34,9 @@ pub enum Arrays {
     Soa,
 }
 
-/// The order in which pixels are stored in buffers with one entry per pixel. As text: `row`, `column`, or `swizzle:N` for
-/// square tiles of N × N pixels.
+/// The order in which pixels are stored in buffers with one entry per pixel. Pixels read the data of their neighbours, so
+/// the order changes the time of memory access, but not the picture. As text: `row`, `column`, or `swizzle:N` for square
+/// tiles of N × N pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Order {

@@ -22,13 +22,14 @@ use std::sync::Arc;
 use table::{TableSize, WorldTable};
 
 /// The world reservoirs of a renderer: the reservoirs of path vertices, the table that finds them by position, and the
-/// constants that shaders read.
+/// constants that shaders read. They store light samples at path vertices, so that paths of the next frame that pass nearby
+/// can reuse them.
 pub struct WorldLight {
     /// The reservoirs of path vertices, in two copies: vertices of this frame write one copy, and merge reservoirs of the
     /// other copy, which the previous frame wrote.
     pub vertices: History<WorldVertices>,
     /// The table that lists the reservoirs of each cell of space. It is made after the paths of a frame are traced, so that
-    /// the next frame can find the reservoirs of this frame.
+    /// vertices of the next frame find the reservoirs that this frame stored in their cell.
     pub table: WorldTable,
     /// The settings and sizes that shaders read. The buffer addresses in it are zeros; [`Self::begin_frame`] writes the
     /// addresses of each frame to a copy.
@@ -36,7 +37,7 @@ pub struct WorldLight {
 }
 
 /// The number of world reservoirs (the reservoirs of path vertices) of a picture, and the size of the table that finds them.
-/// The sizes of all buffers follow from it.
+/// The sizes of all their buffers follow from it, and can be checked before the buffers are made.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldSize {
     /// The number of vertices of each path that have a world reservoir, counted from the second vertex on; 0 if there are no
@@ -66,7 +67,7 @@ impl WorldSize {
     }
 
     /// Checks that the number of vertices is small enough for the lists of the table, whose entries have `WORLD_VERTEX_BITS`
-    /// bits for the index of a vertex.
+    /// bits for the index of a vertex. With more vertices, an entry could name a wrong one.
     ///
     /// # Errors
     /// There are more vertices than an index of `WORLD_VERTEX_BITS` bits can name.
@@ -82,7 +83,8 @@ impl WorldSize {
     }
 
     /// The names and the sizes in bytes of the two buffers of one copy of the reservoirs: the points of the vertices, then
-    /// their light samples. There are two copies, one per frame.
+    /// their light samples. There are two copies, one per frame. If there are no world reservoirs, there is one copy, with
+    /// space for one vertex, because passes must have a buffer to bind.
     pub fn vertex_bytes(&self) -> [(&'static str, u64); 2] {
         let vertices = self.table.vertices.max(1);
         [
@@ -92,8 +94,8 @@ impl WorldSize {
         .map(|(name, bytes)| (name, vertices * bytes as u64))
     }
 
-    /// The names and the sizes in bytes of the buffers of the table: the keys of the vertices, the cells of space, and the
-    /// lists of vertices.
+    /// The names and the sizes in bytes of the buffers of the table that finds the reservoirs: the keys of the vertices, the
+    /// cells of space, and the lists of vertices.
     pub fn table_bytes(&self) -> [(&'static str, u64); 3] {
         self.table.bytes()
     }
@@ -164,7 +166,8 @@ impl WorldLight {
     }
 
     /// Exchanges the two copies of the reservoirs at the start of a frame: the reservoirs of the last frame become the
-    /// previous ones. Writes the buffer addresses of both copies to `constants`, the constants of the new frame.
+    /// previous ones, which paths of the new frame merge. Writes the buffer addresses of both copies to `constants`, the
+    /// constants of the new frame.
     pub fn begin_frame(&self, constants: &mut WorldConstants) {
         self.vertices.advance();
         constants.previous = self.vertices.last().addresses;

@@ -1,5 +1,5 @@
-//! Exclusive prefix sums on the device: each value of an array is replaced by the sum of all values before it. World
-//! reservoirs need them.
+//! Exclusive prefix sums on the device: each value of an array is replaced by the sum of all values before it. The table of
+//! world reservoirs (reservoirs of path vertices) computes with them, from the lengths of its lists, where each list begins.
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Recording, in_rows};
@@ -7,7 +7,7 @@ use crate::shader_interface::{PREFIX_BLOCK, PrefixLevel};
 
 crate::bindings! {
     /// Bindings of the passes `prefix_sum` and `prefix_add`: the buffer of 32-bit integers whose values are replaced by
-    /// sums.
+    /// sums. Behind the values, it also stores the sums of blocks of values.
     pub struct PrefixValues {
         write values,
     }
@@ -42,8 +42,8 @@ impl PrefixSum {
         })
     }
 
-    /// The number of words that the buffer must have for a prefix sum of `count` values, counted from the first value. The
-    /// words are the values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
+    /// The number of 32-bit words that the buffer must have for a prefix sum of `count` values, counted from the first
+    /// value. The words are the values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
         // The sum of the last block is written too.
@@ -69,8 +69,8 @@ impl PrefixSum {
 }
 
 /// The levels of a prefix sum of `count` values: the values, the sums of blocks of `PREFIX_BLOCK` values, and so on, until a
-/// level is a single block. Each entry has three numbers: the index of the level's first value, the number of its values,
-/// and the index of the sum of its first block.
+/// level is a single block. One dispatch sums one level. Each entry has three numbers: the index of the level's first value,
+/// the number of its values, and the index of the sum of its first block.
 fn levels(count: u64) -> Vec<[u64; 3]> {
     let mut levels = Vec::new();
     let (mut first, mut count) = (0, count);

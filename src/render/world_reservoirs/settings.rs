@@ -1,4 +1,5 @@
-//! Settings of world reservoirs (`world_reservoirs.*`), which have an effect with `indirect.secondary=world-reservoirs`.
+//! Settings of world reservoirs (`world_reservoirs.*`), the reservoirs of path vertices, whose light samples paths of the
+//! next frame reuse. They have an effect only with `indirect.secondary=world-reservoirs`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -12,7 +12,8 @@ use crate::shader_interface::{TILE, WorldConstants};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `world_insert`, which stores the keys of all cells with a vertex in the buckets of the table.
+    /// Bindings of the pass `world_insert`, which stores the keys of all cells with a vertex in the buckets of the table, so
+    /// that each cell has a slot for its list. Cells that find no slot are dropped.
     pub struct InsertCells {
         uniform restir,
         read world_keys,
@@ -21,8 +22,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `world_count`, which counts the vertices of each cell, and replaces the key of each vertex by
-    /// the slot of its cell.
+    /// Bindings of the pass `world_count`, which counts the vertices of each cell, from which the length of the cell's list
+    /// follows. It also replaces the key of each vertex by the slot of its cell plus 1, or by 0 if the cell has no slot.
     pub struct CountVertices {
         uniform restir,
         write world_keys,
@@ -32,7 +33,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `world_scatter`, which writes the index of each vertex into the list of the vertex's cell.
+    /// Bindings of the pass `world_scatter`, which writes the index of each vertex into the list of the vertex's cell. From
+    /// these lists, vertices of the next frame pick the reservoirs that they merge.
     pub struct ScatterVertices {
         uniform restir,
         read world_keys,
@@ -46,8 +48,9 @@ crate::bindings! {
 /// but a look-up compares more keys.
 const BUCKET_SLOTS: u64 = 8;
 
-/// The size of the table of world reservoirs. From the key of a cell of space, the table finds the list of path vertices in
-/// this cell. It is divided into buckets.
+/// The size of the table of world reservoirs (the reservoirs of path vertices). From the key of a cell of space, the table
+/// finds the list of path vertices in this cell. It is divided into buckets, so that a look-up compares only the keys of one
+/// bucket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableSize {
     /// The number of vertices of a frame that have reservoirs. If it is 0, there are no world reservoirs, and no pass uses
@@ -57,7 +60,7 @@ pub struct TableSize {
     /// this bucket.
     pub buckets: u64,
     /// The number of slots per bucket, a power of two. Each slot can store one cell. If more cells than this belong to a
-    /// bucket, some of them are dropped.
+    /// bucket, some of them are dropped, and their reservoirs are not reused.
     pub bucket_slots: u64,
 }
 
@@ -82,7 +85,7 @@ impl TableSize {
     }
 
     /// The names and the sizes in bytes of the buffers of the table: the keys of the vertices, the cells of space, and the
-    /// lists of vertices.
+    /// lists of vertices. They have a minimal size, not 0, if no vertices have reservoirs.
     pub fn bytes(&self) -> [(&'static str, u64); 3] {
         // A pass must find a buffer for each binding, even if it does not read it.
         let vertices = self.vertices.max(1);
@@ -105,21 +108,22 @@ impl TableSize {
     }
 }
 
-/// The table of world reservoirs on the device: its buffers, and the passes that fill them in each frame. If no path
-/// vertices have reservoirs, there are no passes, and the buffers are minimal.
+/// The table of world reservoirs (the reservoirs of path vertices) on the device: its buffers, and the passes that fill them
+/// in each frame. With it, path vertices of the next frame find the reservoirs in their cell of space. If no path vertices
+/// have reservoirs, there are no passes, and the buffers are minimal.
 pub struct WorldTable {
     passes: Option<Passes>,
     groups: [u32; 3],
-    /// One word per vertex: the key of its cell, or 0 if the vertex has no cell. Then `world_count` replaces the key by the
-    /// slot of the cell plus 1, or by 0 if the table has no slot for the cell.
+    /// One word per vertex, from which the lists are made: the key of its cell, or 0 if the vertex has no cell. Then
+    /// `world_count` replaces the key by the slot of the cell plus 1, or by 0 if the table has no slot for the cell.
     pub keys: Buffer,
     /// First one word per slot: the key of its cell, or 0 if the slot is free. Then one word per slot, and one more: the
     /// index in `list` at which the list of the slot's cell begins, which is also where the list before it ends. The rest of
     /// the buffer is used by the prefix sum.
     pub cells: Buffer,
-    /// The lists of all cells, one after the other. An entry is the index of a vertex plus 1 in the lower
-    /// `WORLD_VERTEX_BITS` bits, with random bits above; 0 is an entry without a vertex. If two vertices get the same entry,
-    /// the larger value stays.
+    /// The lists of all cells, one after the other, from which vertices of the next frame pick. An entry is the index of a
+    /// vertex plus 1 in the lower `WORLD_VERTEX_BITS` bits, with random bits above; 0 is an entry without a vertex. If two
+    /// vertices get the same entry, the larger value stays, and the other vertex is not reused.
     pub list: Buffer,
 }
 
@@ -165,7 +169,8 @@ impl WorldTable {
         self.passes.is_some()
     }
 
-    /// The buffers of the table: the keys of the vertices, the cells of space, and the lists of vertices.
+    /// The buffers of the table, so that a restart can clear them: the keys of the vertices, the cells of space, and the
+    /// lists of vertices.
     pub fn buffers(&self) -> [&Buffer; 3] {
         [&self.keys, &self.cells, &self.list]
     }

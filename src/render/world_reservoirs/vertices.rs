@@ -1,21 +1,22 @@
-//! The world reservoirs of a frame (the reservoirs of path vertices), and the bindings or buffer addresses by which shaders
-//! read and write them.
+//! The world reservoirs of a frame (the reservoirs of path vertices, which paths of the next frame reuse), and the bindings
+//! or buffer addresses by which shaders read and write them.
 
 use crate::gpu::{Buffer, Resource};
 use crate::render::history::History;
 use crate::shader_interface::WorldAddresses;
 
-/// The world reservoirs of one frame, one per path vertex: first those of the second vertices of all paths, in the order of
-/// pixel slots, then those of the third vertices, and so on. Points and samples are in separate buffers, because a device
-/// may be unable to bind both together.
+/// The world reservoirs of one frame, which vertices of the next frame merge. There is one per path vertex: first those of
+/// the second vertices of all paths, in the order of pixel slots, then those of the third vertices, and so on. Points and
+/// samples are in separate buffers, because a device may be unable to bind both together.
 pub struct WorldVertices {
     /// The position and the normal of each vertex, as an array of `GpuGridPoint`, in the device's world space and unit of
-    /// length.
+    /// length. A merge evaluates light samples at these points to compute MIS weights.
     pub points: Buffer,
     /// The light sample, contribution weight and confidence of each vertex, as an array of `GpuWorldSample` in the order of
     /// `points`.
     pub samples: Buffer,
-    /// The device addresses of both buffers, for shaders that use addresses; zeros for shaders that bind the buffers.
+    /// The device addresses of both buffers, for shaders that use addresses instead of bindings; zeros for shaders that bind
+    /// the buffers.
     pub addresses: WorldAddresses,
 }
 

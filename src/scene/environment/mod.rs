@@ -10,11 +10,12 @@ use glam::Vec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// The maximum number of texels (width × height) of an environment's image. This many take 1.5 GiB on the device, and a
-/// light sample can store the index of a texel in the 29 bits that it has for it.
+/// The maximum number of texels (width × height) of an environment's image; a larger image is refused. This many take 1.5
+/// GiB on the device, and a light sample can store the index of a texel in the 29 bits that it has for it.
 pub(crate) const MAX_TEXELS: u64 = 1 << 26;
 
-/// Light from infinitely far away: an image of radiance over the sphere of directions, by longitude and latitude.
+/// Light from infinitely far away, which lights a scene from all sides and is its background: an image of radiance over the
+/// sphere of directions, by longitude and latitude.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
     /// The name for messages: the path of the file, or the parameters of a generated sky.
@@ -35,7 +36,8 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Checks that the number of texels is valid, and that the radiance of each texel is in range.
+    /// Checks that the number of texels is valid, and that the radiance of each texel is in range, so that shaders can
+    /// compute with the image. An environment that fails is refused.
     ///
     /// # Errors
     /// The number of texels is 0, above 2²⁶ or not width × height, or a radiance is NaN, negative or above [`BRIGHTEST`].
@@ -109,13 +111,15 @@ impl Environment {
         (integral, squares)
     }
 
-    /// The largest value in any channel (red, green or blue) of any texel, multiplied by the intensity.
+    /// The largest radiance in any channel (red, green or blue) of any texel, multiplied by the intensity. The device's unit
+    /// of radiance is chosen from it and from other lights, so that the brightest light is near 1.
     pub fn brightest(&self) -> f32 {
         let brightest = self.texels.iter().map(|texel| texel.max_element());
         self.intensity * brightest.fold(0.0, f32::max)
     }
 
-    /// True if the environment emits light: its intensity is above 0, and at least one texel is not black.
+    /// True if the environment emits light: its intensity is above 0, and at least one texel is not black. If it emits none
+    /// and the scene has no other light, the user is warned of a black picture.
     pub fn is_lit(&self) -> bool {
         self.brightest() > 0.0
     }

@@ -196,8 +196,9 @@ fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
     tint * (luminance / tint.dot(DVec3::new(0.2126, 0.7152, 0.0722)))
 }
 
-/// The light of the clear sky without the sun's disc. The colour of a direction is given by its luminance Y and its
-/// chromaticities x and y (CIE xyY). Each of the three is a factor times the function [`perez`] with its own coefficients.
+/// The light of the clear sky without the sun's disc, from which the image of a generated sky is computed. The colour of a
+/// direction is given by its luminance Y and its chromaticities x and y (CIE xyY). Each of the three is a factor times the
+/// function [`perez`] with its own coefficients.
 struct Dome {
     coefficients: [[f64; 5]; 3],
     /// The factor of [`perez`] for Y (in kcd/m²), x and y: the wanted value at the zenith, divided by the value of [`perez`]
@@ -278,9 +279,10 @@ impl Dome {
     }
 }
 
-/// The relative brightness of the sky in one direction (Perez et al. 1993); a factor gives it a unit. The numbers `a` to `e`
-/// are the coefficients of the model. `cosine` is the cosine of the angle between the direction and the zenith, `sun_cosine`
-/// that of the angle between the direction and the sun.
+/// The function of the sky model from which the luminance and the two chromaticities of the sky in one direction are
+/// computed (Perez et al. 1993); a factor gives its value a unit. The numbers `a` to `e` are the coefficients of the model.
+/// `cosine` is the cosine of the angle between the direction and the zenith, `sun_cosine` that of the angle between the
+/// direction and the sun.
 fn perez([a, b, c, d, e]: &[f64; 5], cosine: f64, sun_cosine: f64) -> f64 {
     let angle = sun_cosine.clamp(-1.0, 1.0).acos();
     (1.0 + a * (b / cosine).exp()) * (1.0 + c * (d * angle).exp() + e * sun_cosine * sun_cosine)

@@ -1,4 +1,5 @@
-//! Detection of lights so close to a surface that positions in f32 limit how exactly the surface is lit.
+//! Detection of lights so close to a surface that positions in f32 limit how exactly the surface is lit, so that the user
+//! can be told.
 
 use super::super::lights::{EmitterName, LightTriangle};
 use super::super::notices::label;
@@ -8,11 +9,11 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 /// The ratio of a light's height above a surface to the light's distance from the camera, below which the light on that
-/// surface may be wrong by more than 0.5 %. The scene is then near a limit.
+/// surface may be wrong by more than 0.5 %. The scene is then reported as near a limit.
 const COARSE_LIGHT: f64 = 2.5e-5;
 
 /// The ratio of a light's height above a surface to the light's distance from the camera, below which the light on that
-/// surface may be wrong by more than 5 %. The scene has then passed a limit.
+/// surface may be wrong by more than 5 %. The scene is then reported as past a limit.
 const SMALLEST_HEIGHT: f64 = 2e-6;
 
 /// The largest ratio of an emitter's size (the diagonal of its bounding box) to its distance from a surface at which the
@@ -20,16 +21,19 @@ const SMALLEST_HEIGHT: f64 = 2e-6;
 /// so close to any one point of the surface.
 const SMALL: f64 = 20.0;
 
-/// A light that is too close to a surface: positions in f32 are then too coarse to light the surface exactly.
+/// A light that is too close to a surface: positions in f32 are then too coarse to light the surface exactly. Of all such
+/// lights, only the closest one is reported.
 #[derive(Clone, Debug)]
 pub(super) struct CloseLight {
-    /// The distance from the light to the surface, divided by the distance from the light to the camera.
+    /// The distance from the light to the surface, divided by the distance from the light to the camera. The smaller this
+    /// ratio, the more the rounding of positions to f32 changes the light on the surface.
     pub height: f64,
     name: String,
 }
 
 impl CloseLight {
-    /// True if the light on the surface may be wrong by more than 5 %; otherwise it may be wrong by more than 0.5 %.
+    /// True if the light on the surface may be wrong by more than 5 %, so that a limit counts as passed. If false, the light
+    /// may be wrong by more than 0.5 %, and the scene only counts as near the limit.
     pub fn is_wrong(&self) -> bool {
         self.height < SMALLEST_HEIGHT
     }
@@ -57,7 +61,8 @@ struct Candidate {
     reach: f64,
     /// The distance from the light to the camera, in scene units.
     away: f64,
-    /// The diagonal of the emitter's bounding box in scene units; 0 for a punctual light.
+    /// The diagonal of the emitter's bounding box in scene units; 0 for a punctual light. If it is above [`SMALL`] times the
+    /// distance to a surface, the pair of light and surface is not reported.
     size: f64,
     /// The unit direction in world space of a spot, or the normal of a flat emitter with one emitting side: surfaces behind
     /// such a light do not count. `None` if the light has no single direction, so that surfaces on all sides count.
@@ -68,9 +73,9 @@ struct Candidate {
     name: String,
 }
 
-/// Finds the light that is closest to a surface that it lights, which means the one with the smallest
-/// [`CloseLight::height`]. `eye` is the position of the camera in world space; `lights` are the scene's emissive triangles.
-/// Emitters that are too large for a report (see [`SMALL`]) are left out. `None` if all heights are at least
+/// Finds, for a report to the user, the light that is closest to a surface that it lights, which means the one with the
+/// smallest [`CloseLight::height`]. `eye` is the position of the camera in world space; `lights` are the scene's emissive
+/// triangles. Emitters that are too large for a report (see [`SMALL`]) are left out. `None` if all heights are at least
 /// [`COARSE_LIGHT`].
 pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Option<CloseLight> {
     let lists = lists(candidates(scene, lights, eye));

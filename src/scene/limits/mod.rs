@@ -1,5 +1,6 @@
-//! Finds the quantities of a scene (sizes, radiances, powers of lights) that are near or beyond a limit of the renderer.
-//! `tests/LIMITS.md` lists all limits, the accuracy of pictures within each limit, and the tests that check this accuracy.
+//! Finds the quantities of a scene (sizes, radiances, powers of lights) that are near or beyond a limit of the renderer, so
+//! that the user learns that its pictures may be wrong. `tests/LIMITS.md` lists all limits, the accuracy of pictures within
+//! each limit, and the tests that check this accuracy.
 
 mod close_lights;
 mod overlaps;
@@ -17,7 +18,7 @@ use std::collections::HashMap;
 const NEAR: f64 = 1e3;
 
 /// The largest ratio of the power of one emitter to the power of another for which tests check pictures. Above it, the light
-/// of the dimmer emitter may be missing from pictures.
+/// of the dimmer emitter may be missing from pictures, and commands that render print a notice.
 const CONTRAST: f64 = 1e9;
 
 /// The factor by which a ratio of powers may exceed [`CONTRAST`] before the limit counts as passed. It allows for the
@@ -25,14 +26,15 @@ const CONTRAST: f64 = 1e9;
 const ROUNDED: f64 = 1.001;
 
 /// The smallest radiance of an emissive surface for which tests check pictures, in W/(m²·sr). Below it, the surface's light
-/// may be missing from pictures.
+/// may be missing from pictures, and commands that render print a notice.
 const DIMMEST: f64 = 1e-30;
 
 /// The smallest half angle of a spot's cone for which tests check pictures, in radians. Below it, the light in the cone may
-/// be wrong or missing.
+/// be wrong or missing, and commands that render print a notice.
 const NARROWEST: f64 = 1e-5;
 
-/// A limit that a scene approaches or exceeds, as the commands report it.
+/// A limit that a scene approaches or exceeds. `headwater scene inspect` prints all of them; commands that render print
+/// those that the scene exceeds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Limit {
     /// One line for the user that states the quantity and its value, the element of the scene that has it, and the effect on
@@ -169,7 +171,8 @@ impl Scene {
         })
     }
 
-    /// The name of an emitter for messages: its instance and material, its punctual light, or the environment.
+    /// The name, for messages, of the emitter that an [`EmitterName`] identifies: its instance and material, its punctual
+    /// light, or the environment.
     fn emitter_label(&self, (instance, index): &EmitterName) -> String {
         let index = *index as usize;
         if let Some(instance) = instance {
@@ -344,7 +347,7 @@ mod tests {
         assert!(found[1].text.contains(dim), "{found:?}");
     }
 
-    /// An environment with the same radiance in all directions.
+    /// An environment with the same radiance, in W/(m²·sr), in all directions and colour channels.
     fn environment(radiance: f32) -> Environment {
         Environment {
             name: "bright".into(),

@@ -29,8 +29,8 @@ const MOST: usize = 1000;
 /// Neighbours with a common edge can share less than this, because their corners are rounded.
 const LEAST_OVERLAP: f64 = 1e-3;
 
-/// The message for the user that counts the overlapping pairs among the emissive triangles `lights`, and names one pair.
-/// `None` if no triangles overlap.
+/// The message for the user that counts the overlapping pairs among the emissive triangles `lights`, and names one pair, so
+/// that the user can move one of the two instances. `None` if no triangles overlap.
 pub(super) fn text(scene: &Scene, lights: &[LightTriangle]) -> Option<String> {
     let overlaps = overlapping(lights);
     let (first, second) = *overlaps.first()?;
@@ -152,7 +152,8 @@ fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Me
     divided.into_iter().map(move |strip| (strip, along))
 }
 
-/// The given unit normal or its opposite, chosen so that both normals of a plane give the same result.
+/// The given unit normal or its opposite, chosen so that both normals of a plane give the same result. Triangles of one
+/// plane are thus compared even if they face opposite sides.
 fn towards_one_side(normal: DVec3) -> DVec3 {
     let first = normal.to_array().into_iter().find(|x| x.abs() > 0.1);
     normal * first.unwrap_or(1.0).signum()

@@ -1,5 +1,6 @@
 //! The motion of a scene: a tree of nodes, whose transforms can change with time by keyframes. Instances, cameras and lights
-//! that move are attached to nodes.
+//! that move are attached to nodes. From the motion the renderer computes a [`Pose`], the state of all that moves, for the
+//! time of each frame.
 
 mod moving_camera;
 mod pose;
@@ -13,8 +14,8 @@ use crate::{Error, Result};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use tracks::{Animated, Keyed, TrackFault};
 
-/// The changes of a scene with time: moving instances, cameras and lights, and animated emission. The other fields of the
-/// scene hold the state at time 0.
+/// The changes of a scene with time: moving instances, cameras and lights, and animated emission. [`Motion::pose`] computes
+/// their state at any time. The other fields of the scene hold the state at time 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// The nodes of the tree, each after its parent, so that one pass over the array gives all transforms to the world.
@@ -58,7 +59,8 @@ pub struct AnimatedTransform {
     pub scale: Animated<DVec3>,
 }
 
-/// The emission of a material by time: the product of a colour and a strength, each of which can have keyframes.
+/// The emission of a material by time: the product of a colour and a strength, each of which can have keyframes. The
+/// emission in each frame is computed from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
     /// Index into [`crate::scene::Scene::materials`]: the material that emits.
@@ -70,7 +72,8 @@ pub struct Emission {
 }
 
 impl AnimatedTransform {
-    /// A transform with the given constant values and without keyframes.
+    /// A transform with the given constant values and without keyframes. Loaders then add tracks to those values that have
+    /// keyframes.
     pub fn still(translation: DVec3, rotation: DQuat, scale: DVec3) -> Self {
         Self {
             translation: Animated::still(translation),
@@ -105,7 +108,7 @@ impl Emission {
 
     /// The largest emission that keys can cause: for each channel, the largest colour of all keys × the largest strength of
     /// all keys, at most [`BRIGHTEST`]. The emission at every key is at most this value; between keys, a spline can exceed
-    /// it.
+    /// it. Lights are compared by it, because an emitter that is dark now may be bright at another time.
     pub fn brightest(&self) -> Vec3 {
         let color = self.color.keys().fold(DVec3::ZERO, DVec3::max);
         let strength = self.strength.keys().fold(0.0, f64::max);
@@ -118,7 +121,8 @@ impl Emission {
 }
 
 impl Motion {
-    /// The time of the last key of all tracks, in seconds. After it nothing changes. It is 0 if there are no keys.
+    /// The time of the last key of all tracks, in seconds, for reports. After it nothing changes. It is 0 if there are no
+    /// keys.
     pub fn seconds(&self) -> f64 {
         let nodes = self.nodes.iter().map(|node| match &node.transform {
             Transform::Fixed(_) => 0.0,
@@ -132,20 +136,21 @@ impl Motion {
     }
 
     /// True if the scene itself changes with time: an instance or a punctual light moves, or the emission of a material
-    /// changes. The motion of cameras does not count.
+    /// changes. The device then also stores the scene's state in the previous frame. The motion of cameras does not count.
     pub fn moves_things(&self) -> bool {
         let mut attached = self.instances.iter().chain(&self.lights);
         !self.emission.is_empty() || attached.any(Option::is_some)
     }
 
-    /// True if the instance with the index `index` in the scene is attached to a node, so that it moves at some time.
+    /// True if the instance with the index `index` in the scene is attached to a node, so that it moves at some time. Such
+    /// an instance is never merged with others, and is kept even if it is flat now, because it may not be flat later.
     pub fn moves_instance(&self, index: usize) -> bool {
         self.instances.get(index).is_some_and(Option::is_some)
     }
 
-    /// The same motion in a simpler form. A track whose value never changes is replaced by this value. Instances, cameras
-    /// and lights that do not move are detached from their nodes, and nodes that nothing uses are removed. `None` if nothing
-    /// moves or changes.
+    /// The same motion in a simpler form, so that frames compute only what changes. A track whose value never changes is
+    /// replaced by this value. Instances, cameras and lights that do not move are detached from their nodes, and nodes that
+    /// nothing uses are removed. `None` if nothing moves or changes.
     pub(crate) fn simplified(mut self) -> Option<Self> {
         let mut moves = Vec::with_capacity(self.nodes.len());
         for node in &mut self.nodes {
@@ -202,7 +207,7 @@ impl Motion {
     }
 
     /// The entries of `instances`, then those of `cameras`, then those of `lights`: the index of the element's node in
-    /// `nodes`, or `None` if the element does not move.
+    /// `nodes`, or `None` if the element does not move. With them, all uses of a node are found.
     fn attached(&self) -> impl Iterator<Item = &Option<u32>> {
         (self.instances.iter())
             .chain(&self.cameras)
@@ -215,8 +220,8 @@ impl Motion {
             .chain(&mut self.lights)
     }
 
-    /// Checks indices and keys. `counts` are the numbers of the scene's instances, cameras, punctual lights and materials,
-    /// in this order.
+    /// Checks indices and keys, so that [`Motion::pose`] can rely on them. `counts` are the numbers of the scene's
+    /// instances, cameras, punctual lights and materials, in this order.
     ///
     /// # Errors
     /// The first fault: `instances`, `cameras` or `lights` does not have one entry per element of the scene; a node is not

@@ -1,4 +1,5 @@
-//! A camera with its motion, without the rest of its scene.
+//! A camera with its motion, without the rest of its scene, so that the camera of each frame can be computed after the scene
+//! has been dropped.
 
 use crate::Result;
 use crate::scene::{Camera, Scene};
@@ -7,7 +8,7 @@ use crate::scene::{Camera, Scene};
 /// the camera of each frame.
 pub struct MovingCamera {
     index: usize,
-    /// A copy of the scene that contains only its cameras and its motion.
+    /// A copy of the scene that contains only its cameras and its motion, from which the camera at a time is computed.
     cameras: Scene,
 }
 

@@ -1,4 +1,5 @@
-//! The pose of a scene: the state of everything that moves, at one time.
+//! The pose of a scene: the state, at one time, of everything that moves. The renderer draws each frame in the pose at the
+//! frame's time.
 
 use super::{Motion, Transform};
 use crate::scene::validate::{LARGEST_COORDINATE, check_reach, is_singular};
@@ -6,18 +7,19 @@ use crate::scene::{Bounds, Camera, Mesh, Scene, camera};
 use crate::{Error, Result};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// The state of everything that moves, at one time. Each field lists only the elements that move, as pairs: the index of the
-/// element in the scene's list of its kind, and its transform or emission at that time.
+/// The state of everything that moves, at one time, from which the renderer computes transforms and lights for one frame.
+/// Each field lists only the elements that move, as pairs: the index of the element in the scene's list of its kind, and its
+/// transform or emission at that time. All other elements are as the scene states them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
     /// The moving instances: the index in [`Scene::instances`], in ascending order, and the transform from object to world
     /// space.
     pub instances: Vec<(u32, DAffine3)>,
     /// The moving cameras: the index in [`Scene::cameras`], in ascending order, and the transform of the camera's node to
-    /// world space, which may include scale.
+    /// world space. It may include scale, which is removed before it becomes a camera's transform.
     pub cameras: Vec<(u32, DAffine3)>,
     /// The moving punctual lights: the index in [`Scene::punctual_lights`], in ascending order, and the transform to world
-    /// space, which may include scale.
+    /// space. It may include scale, which has no effect on a light.
     pub lights: Vec<(u32, DAffine3)>,
     /// The materials whose emission changes: the index in [`Scene::materials`], and the emitted linear RGB radiance in
     /// W/(m²·sr).
@@ -58,7 +60,8 @@ impl Motion {
 }
 
 impl Scene {
-    /// A copy of the scene without motion, in its state at `time`, in seconds.
+    /// A copy of the scene without motion, in its state at `time`, in seconds. It is rendered like a scene in which nothing
+    /// moves.
     ///
     /// # Errors
     /// At that time the transform of an instance, a punctual light or a camera is not finite; an instance or a light has a
@@ -93,7 +96,8 @@ impl Scene {
     }
 
     /// Sets the transforms of instances, cameras and lights and the emission of materials to their state at `time`, in
-    /// seconds. It fails in the same cases as [`Scene::pose_at`]. After an error, some elements may already be changed.
+    /// seconds. A scene without motion stays unchanged. Fails if a transform is not finite, if an instance or a light is too
+    /// far from the origin, or if a camera has no direction. After an error, some elements may already be changed.
     pub(crate) fn take_pose(&mut self, time: f64) -> Result<()> {
         let Some(motion) = &self.motion else {
             return Ok(());

@@ -1,4 +1,5 @@
-//! Values that change with time: keyframes and their interpolation (glTF 2.0, appendix C).
+//! Values that change with time, such as the translation of a node or the strength of an emission: keyframes and their
+//! interpolation (glTF 2.0, appendix C).
 
 use glam::{DQuat, DVec3};
 use std::ops::{Add, Mul};
@@ -17,7 +18,7 @@ pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self>
         self
     }
 
-    /// True if no component is NaN or infinite.
+    /// True if no component is NaN or infinite. Other values are refused as keys and tangents.
     fn is_finite(self) -> bool;
 
     /// The reason why this value cannot be a key, such as `is not finite`, as the end of a message that begins with the key;
@@ -39,7 +40,8 @@ impl Keyed for DVec3 {
     }
 }
 
-/// A rotation: a unit quaternion. Linear tracks interpolate it spherically along the shorter arc.
+/// A rotation: a unit quaternion. Linear tracks interpolate it spherically along the shorter arc; splines scale each result
+/// back to unit length.
 impl Keyed for DQuat {
     fn toward(self, next: Self, t: f64) -> Self {
         self.slerp(next, t)
@@ -75,7 +77,8 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// Keyframes of one property: values at increasing times, and the interpolation between them.
+/// Keyframes of one property: values at increasing times, and the interpolation between them. [`Track::at`] computes the
+/// property's value at any time from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track<T> {
     /// The method by which values between keys are computed.
@@ -98,7 +101,7 @@ pub enum TrackFault {
 }
 
 impl<T: Keyed> Track<T> {
-    /// The number of entries of [`Track::values`] per key: 3 for splines, 1 otherwise.
+    /// The number of entries of [`Track::values`] per key: 3 for splines, which also store two tangents; 1 otherwise.
     fn stride(&self) -> usize {
         match self.interpolation {
             Interpolation::CubicSpline => 3,
@@ -106,13 +109,15 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// The values of the keys in the order of their times, without the tangents of a spline.
+    /// The values of the keys in the order of their times, without the tangents of a spline. The range of a property, such
+    /// as an emission, is checked at the keys.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let (first, stride) = (self.stride() / 2, self.stride());
         self.values.iter().skip(first).step_by(stride).copied()
     }
 
-    /// Checks the rules that the fields of [`Track`] document.
+    /// Checks that the track has keys, that their times increase from at least 0, and that the values are valid and fit the
+    /// keys. The other methods rely on these rules, so a scene that breaks them is refused.
     ///
     /// # Errors
     /// The first fault: no keys, a time that is not finite, negative or not after the one before, a wrong number of values,
@@ -182,7 +187,8 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// True if the track has the same value at all times: all keys are equal, and all tangents of a spline are 0.
+    /// True if the track has the same value at all times: all keys are equal, and all tangents of a spline are 0. Such a
+    /// track can be replaced by its value.
     pub fn is_constant(&self) -> bool {
         let first = self.at(self.times[0]);
         let flat = |value: &T| *value == *value * 0.0;
@@ -195,7 +201,7 @@ impl<T: Keyed> Track<T> {
     }
 }
 
-/// A value that is constant or changes with time.
+/// A value of a moving scene that is constant or changes with time, such as the rotation of a node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animated<T> {
     /// The value at all times if there is no track. If there is a track, pictures do not depend on this value; an exported
@@ -231,7 +237,8 @@ impl<T: Keyed> Animated<T> {
         last.copied().unwrap_or(0.0)
     }
 
-    /// If the track has the same value at all times, removes the track and stores its value in `rest`.
+    /// If the track has the same value at all times, removes the track and stores its value in `rest`, so that frames need
+    /// not compute it.
     pub(super) fn simplify(&mut self) {
         if let Some(track) = self.track.take_if(|track| track.is_constant()) {
             self.rest = track.at(0.0);

@@ -1,4 +1,5 @@
-//! Checks of materials, of their uses of textures, and of images.
+//! Checks of materials, of their uses of textures, and of images. A scene that fails one of them is refused before it is
+//! rendered.
 
 use super::{BRIGHTEST, is_within};
 use crate::scene::notices::{Tally, label};

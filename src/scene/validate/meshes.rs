@@ -1,4 +1,5 @@
-//! Checks of a mesh's attributes, indices and parts.
+//! Checks of a mesh's attributes, indices and parts. Repairs and the renderer rely on them, so a scene that fails one is
+//! refused.
 
 use super::LARGEST_COORDINATE;
 use crate::scene::notices::label;

@@ -1,4 +1,5 @@
-//! Checks of punctual lights.
+//! Checks of punctual lights (points, spots and directional lights): a scene with a light that the renderer cannot use is
+//! refused.
 
 use super::{BRIGHTEST, LARGEST_COORDINATE, is_within};
 use crate::scene::{PunctualLight, PunctualShape};

@@ -6,11 +6,13 @@ use crate::scene::motion::{Emission, Motion, Transform};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use serde_json::{Value, json};
 
-/// The name of the glTF extension with which an animation can change the emission of a material.
+/// The name of the glTF extension with which an animation can change the emission of a material. A file that uses it must
+/// list it among its extensions.
 pub const POINTER: &str = "KHR_animation_pointer";
 
-/// The JSON of one glTF node for each node of the motion, in the same order. The JSON of a node contains the transform that
-/// applies without the animation, and the indices of the node's children in this list.
+/// The JSON of one glTF node for each node of the motion, in the same order, by which the channels of the animation refer to
+/// them. The JSON of a node contains the transform that applies without the animation, and the indices of the node's
+/// children in this list.
 pub fn nodes(motion: &Motion) -> Vec<Value> {
     let mut nodes: Vec<Value> = motion
         .nodes
@@ -32,7 +34,8 @@ pub fn nodes(motion: &Motion) -> Vec<Value> {
     nodes
 }
 
-/// Adds a child to the JSON of the node `parent`. `child` is the index of the child's node in the file.
+/// Adds a child to the JSON of the node `parent`, so that the child moves with it. `child` is the index of the child's node
+/// in the file.
 pub fn add_child(parent: &mut Value, child: usize) {
     match parent["children"].as_array_mut() {
         Some(children) => children.push(json!(child)),
@@ -45,8 +48,9 @@ pub fn matrix(transform: &DAffine3) -> [f64; 16] {
     DMat4::from(*transform).to_cols_array()
 }
 
-/// Writes the emission that applies without the animation into the JSON of each material whose emission is animated. It is
-/// written as a colour and a strength. `materials` contains the JSON of all materials, in the order of the scene.
+/// Writes the emission that applies without the animation into the JSON of each material whose emission is animated;
+/// programs that ignore the animation show it. It is written as a colour and a strength. `materials` contains the JSON of
+/// all materials, in the order of the scene.
 pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     for Emission {
         material,

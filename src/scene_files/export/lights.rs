@@ -4,11 +4,12 @@ use super::color_and_strength;
 use crate::scene::{PunctualLight, PunctualShape};
 use serde_json::{Value, json};
 
-/// The name of the glTF extension for punctual lights (points, spots and directional lights).
+/// The name of the glTF extension for punctual lights (points, spots and directional lights). A file with such lights must
+/// list it among its extensions.
 pub const EXTENSION: &str = "KHR_lights_punctual";
 
 /// The value of `extensions` in the root object of the file. It lists the JSON of all punctual lights, in the order of
-/// `lights`.
+/// `lights`; nodes refer to a light by its index in this list.
 pub fn lights(lights: &[PunctualLight]) -> Value {
     let lights: Vec<Value> = lights.iter().map(light).collect();
     json!({ EXTENSION: { "lights": lights } })

@@ -9,7 +9,8 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use serde_json::{Map, Value, json};
 
-/// The name of the glTF extension for textures whose coordinates are scaled, rotated or moved.
+/// The name of the glTF extension for textures whose coordinates are scaled, rotated or moved. A file that uses it must list
+/// it among its extensions.
 pub const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 
 /// The JSON of a material. The textures that it uses, and their samplers, are added to `textures`.
@@ -77,7 +78,8 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
     value
 }
 
-/// The JSON of all textures of the file and of all samplers (their filters and wrap modes). Equal ones are stored once.
+/// The JSON of all textures of the file and of all samplers (their filters and wrap modes), collected while materials are
+/// written. Equal ones are stored once. Materials refer to them by index.
 #[derive(Default)]
 pub struct Textures {
     pub textures: Vec<Value>,
@@ -116,7 +118,8 @@ impl Textures {
     }
 }
 
-/// The index of `value` in `list`. If the list does not contain the value, it is appended first.
+/// The index of `value` in `list`, by which other JSON refers to it. If the list does not contain the value, it is appended
+/// first, so that equal values are stored once.
 fn index_of(list: &mut Vec<Value>, value: Value) -> usize {
     let found = list.iter().position(|other| *other == value);
     found.unwrap_or_else(|| {

@@ -1,4 +1,4 @@
-//! Writes scenes as binary glTF 2.0 (`.glb`).
+//! Writes scenes as binary glTF 2.0 (`.glb`), so that other programs can open generated scenes.
 
 mod animations;
 mod lights;
@@ -55,7 +55,8 @@ pub fn write_glb(scene: &Scene, path: &Path) -> Result<()> {
     })
 }
 
-/// The bytes of the GLB file's binary chunk, and the JSON of the buffer views and accessors that describe these bytes.
+/// The bytes of the GLB file's binary chunk (vertices, indices, keyframes, images), and the JSON of the buffer views and
+/// accessors through which the rest of the JSON refers to these bytes.
 #[derive(Default)]
 struct Binary {
     bytes: Vec<u8>,

@@ -12,21 +12,23 @@ use glam::{Vec2, Vec3, Vec4};
 /// element has 16 bytes, four floats.
 const ZEROS: [u8; 16] = [0; 16];
 
-/// The maximum number of elements (1,048,576) of an accessor without a buffer view that an animation uses. Such elements are
-/// 0 and take no bytes in the file, so a wrong number of elements could otherwise fill the memory with zeros.
+/// The maximum number of elements (1,048,576) of an accessor without a buffer view that an animation uses; a file with more
+/// is refused. Such elements are 0 and take no bytes in the file, so a wrong number of elements could otherwise fill the
+/// memory with zeros.
 const MAX_ZEROS: u64 = 1 << 20;
 
-/// Reads the accessors of a document from the bytes of its buffers.
+/// Reads the accessors of a document from the bytes of its buffers, for meshes, animations and images.
 #[derive(Clone, Copy)]
 pub struct Accessors<'a> {
     pub document: &'a Document,
     pub buffers: &'a [&'a [u8]],
     /// The number of bytes of memory that elements of the file may still take when they are copied. Each read subtracts its
-    /// bytes.
+    /// bytes. A read that needs more than is left fails, so that a small file cannot fill the memory.
     pub unfolding: &'a Unfolding,
 }
 
-/// The type of the elements of a vertex attribute, such as positions: vectors of two, three or four components.
+/// The type of the elements of a vertex attribute, such as positions: vectors of two, three or four components. Who reads an
+/// attribute states the types that it accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Vec2,
@@ -70,6 +72,7 @@ struct Strided<'a> {
 }
 
 /// The elements of a sparse accessor that are replaced: their indices, in ascending order, and the new value for each index.
+/// All other elements come from the accessor's buffer view, or are 0 without one.
 struct Replaced<'a> {
     indices: Vec<u64>,
     values: Strided<'a>,
@@ -87,7 +90,7 @@ enum Component {
 
 impl Component {
     /// The component type with the number `code` in glTF's `componentType`, such as floats for 5126; `None` for an unknown
-    /// number.
+    /// number, with which a file is refused.
     fn of(code: u64) -> Option<Self> {
         match code {
             5120 => Some(Self::I8),
@@ -108,7 +111,7 @@ impl Component {
         }
     }
 
-    /// True for the unsigned integers, which are the types that vertex indices can have.
+    /// True for the unsigned integers, which are the types that vertex indices can have. Indices of other types are refused.
     fn is_index(self) -> bool {
         matches!(self, Self::U8 | Self::U16 | Self::U32)
     }
@@ -384,8 +387,8 @@ impl Elements<'_> {
         self.component.index(self.element(index as usize))
     }
 
-    /// The first three components of the element at `index`. Normalized integers become numbers in [0, 1] or [−1, 1]; other
-    /// components are returned unchanged.
+    /// The first three components of the element at `index`, such as a position or a normal. Normalized integers become
+    /// numbers in [0, 1] or [−1, 1]; other components are returned unchanged.
     pub fn vector(&self, index: u64) -> Vec3 {
         Vec3::new(
             self.number(index, 0),
@@ -402,8 +405,8 @@ impl Elements<'_> {
         self.vector(index).extend(alpha)
     }
 
-    /// The four components of the element at `index`. Normalized integers become numbers in [0, 1] or [−1, 1]; other
-    /// components are returned unchanged.
+    /// The four components of the element at `index`, such as a tangent with its sign. Normalized integers become numbers in
+    /// [0, 1] or [−1, 1]; other components are returned unchanged.
     pub fn quadruple(&self, index: u64) -> Vec4 {
         self.vector(index).extend(self.number(index, 3))
     }
@@ -415,8 +418,8 @@ impl Elements<'_> {
         self.component.number(bytes, self.normalized) as f32
     }
 
-    /// The first two components of the element at `index`. Normalized integers become numbers in [0, 1] or [−1, 1]; other
-    /// components are returned unchanged.
+    /// The first two components of the element at `index`, such as texture coordinates. Normalized integers become numbers
+    /// in [0, 1] or [−1, 1]; other components are returned unchanged.
     pub fn pair(&self, index: u64) -> Vec2 {
         Vec2::new(self.number(index, 0), self.number(index, 1))
     }

@@ -16,8 +16,9 @@ use crate::{Error, Result};
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 
-/// The keyframes of all animated properties of the file. The keys of both maps are indices in the file: of the node whose
-/// transform changes, and of the material whose emission changes.
+/// The keyframes of all animated properties of the file, from which [`Animations::motion`] makes the motion of the scene.
+/// The keys of both maps are indices in the file: of the node whose transform changes, and of the material whose emission
+/// changes.
 #[derive(Default)]
 pub struct Animations {
     nodes: BTreeMap<usize, AnimatedTransform>,
@@ -195,7 +196,8 @@ impl Source<'_> {
     }
 
     /// Checks that the colour or the strength at every key of a track is from 0 to [`BRIGHTEST`], both included, and
-    /// otherwise fails. `most` returns the smallest and the largest channel of a value.
+    /// otherwise fails, because products of brighter light could overflow f32. `most` returns the smallest and the largest
+    /// channel of a value.
     fn check_emission<T: Keyed>(
         &self,
         track: &Track<T>,
@@ -318,7 +320,8 @@ impl Animations {
         })
     }
 
-    /// True if there are keyframes for the emission of the material at the index `material` in the file.
+    /// True if there are keyframes for the emission of the material at the index `material` in the file. Such a material
+    /// counts as emitting even if its emission in the file is 0, so that its emissive texture is read.
     pub fn change_emission_of(&self, material: usize) -> bool {
         self.materials.contains_key(&material)
     }

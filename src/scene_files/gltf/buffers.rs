@@ -63,21 +63,22 @@ pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
     Err(damaged(format!("its GLB chunks cannot be read: {fault}")))
 }
 
-/// The content of the first chunk of a GLB file; `None` if the chunk is not JSON or is cut off.
+/// The content of the first chunk of a GLB file, for files whose other chunks the `gltf` crate refuses; `None` if the chunk
+/// is not JSON or is cut off, so that the file is refused.
 fn json_chunk(bytes: &[u8]) -> Option<&[u8]> {
     let is_json = bytes.get(16..20)? == b"JSON";
     bytes[20..].get(..word(bytes, 12)?).filter(|_| is_json)
 }
 
-/// The unsigned number in the four bytes from byte `at`, in little-endian order; `None` if the file ends before the fourth
-/// byte.
+/// The unsigned number, such as the length of a chunk, in the four bytes from byte `at`, in little-endian order; `None` if
+/// the file ends before the fourth byte.
 fn word(bytes: &[u8], at: usize) -> Option<usize> {
     let word = bytes.get(at..)?.first_chunk()?;
     Some(u32::from_le_bytes(*word) as usize)
 }
 
-/// The bytes of all buffers of a glTF file. Bytes from other files and from data URIs are copied; the binary chunk is only
-/// borrowed. A file that several buffers name is read once.
+/// The bytes of all buffers of a glTF file, from which accessors and images are read. Bytes from other files and from data
+/// URIs are copied; the binary chunk is only borrowed. A file that several buffers name is read once.
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
@@ -159,8 +160,8 @@ impl<'a> Buffers<'a> {
         source.map_or(self.binary, |copy| &self.copies[copy])
     }
 
-    /// The bytes of each buffer, in the order of the document. Further bytes of the file or chunk, beyond the length of the
-    /// buffer in the document, are left out.
+    /// The bytes of each buffer, in the order of the document; accessors read from them. Further bytes of the file or chunk,
+    /// beyond the length of the buffer in the document, are left out.
     pub fn slices(&self) -> Vec<&[u8]> {
         let slice = |(source, length): &(Option<usize>, usize)| &self.bytes(*source)[..*length];
         self.sources.iter().map(slice).collect()

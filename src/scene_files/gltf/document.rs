@@ -83,7 +83,8 @@ impl Default for MetallicRoughness {
     }
 }
 
-/// A reference from a material to a texture, with the set and the transform of texture coordinates.
+/// A reference from a material to a texture, with the set and the transform of texture coordinates. The texture is read only
+/// if it has an effect on the scene.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct TextureInfo {
@@ -183,7 +184,8 @@ impl Default for Specular {
     }
 }
 
-/// A texture: an image and a sampler, by their indices in the document.
+/// A texture: an image and a sampler (filters and wrap modes), by their indices in the document. Without a sampler, the
+/// image repeats and is interpolated. Without an image in `source`, an extension must name one.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Texture {
@@ -223,7 +225,8 @@ pub struct Image {
 }
 
 /// The glTF version that a file states, and the minimum version that a program must support to read it, if the file states
-/// one. `version` is empty if the file states none, so that the file can be refused; the `gltf` crate would assume 2.0.
+/// one. Files that need a version other than 2.0 are refused. `version` is empty if the file states none, so that the file
+/// can be refused; the `gltf` crate would assume 2.0.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Asset {
@@ -231,7 +234,8 @@ pub struct Asset {
     pub min_version: Option<String>,
 }
 
-/// A `scene` of a glTF file: the indices of the nodes that are the roots of its trees.
+/// A `scene` of a glTF file: the indices of the nodes that are the roots of its trees. Only the nodes of one scene of the
+/// file are read.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Roots {
@@ -278,8 +282,8 @@ pub struct Lights {
     pub lights: Vec<Light>,
 }
 
-/// A punctual light, as `KHR_lights_punctual` defines it. The numbers are in the units of that extension: candela, or lux
-/// for directional lights; metres; radians.
+/// A punctual light, as `KHR_lights_punctual` defines it; nodes place it in the scene. The numbers are in the units of that
+/// extension: candela, or lux for directional lights; metres; radians.
 #[derive(Debug, Deserialize)]
 #[serde(default)]
 pub struct Light {
@@ -455,7 +459,8 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// The URI of the buffer if it names a file; `None` for a data URI and for the binary chunk.
+    /// The URI of the buffer if it names a file, which is then read; `None` for a data URI and for the binary chunk, whose
+    /// bytes are in the glTF file itself.
     pub fn file(&self) -> Option<&str> {
         (self.uri.as_deref()).filter(|uri| !uri.starts_with("data:"))
     }

@@ -13,7 +13,8 @@ use std::collections::BTreeSet;
 /// The ways in which the scene uses the materials of a file. They decide which images are read: images that only unused
 /// materials need are not read.
 pub struct Uses {
-    /// One entry for each material of the file: true if a mesh of the scene has a primitive with the material.
+    /// One entry for each material of the file: true if a mesh of the scene has a primitive with the material. Textures of
+    /// other materials are not read.
     pub has_faces: Vec<bool>,
     /// One entry for each material of the file: true if it emits light at some time. Otherwise its emissive texture is not
     /// read.

@@ -36,8 +36,8 @@ impl Topology {
     }
 }
 
-/// Reads the meshes of a file, one after another. It keeps its table of vertex indices from mesh to mesh, to reuse the
-/// memory.
+/// Reads the meshes of a file, one after another, and converts them to meshes of the scene. It keeps its table of vertex
+/// indices from mesh to mesh, to reuse the memory.
 pub struct Meshes<'a> {
     accessors: Accessors<'a>,
     /// One entry for each material of the file, with two flags: whether a texture of the material uses the first set of
@@ -47,9 +47,10 @@ pub struct Meshes<'a> {
     /// a material.
     mapped: Vec<bool>,
     /// For the first and the second set of texture coordinates: true if a material of the mesh that is being read uses the
-    /// set.
+    /// set. The mesh then gets coordinates for all its vertices, 0 where the file has none.
     needed: [bool; 2],
-    /// The index in the scene of the material for primitives that state none. It comes after all materials of the file.
+    /// The index in the scene of the material for primitives that state none: glTF's default, a white metal of roughness 1.
+    /// It comes after all materials of the file.
     default_material: u32,
     /// True if some primitive states no material. The default material must then be appended to the scene's materials.
     pub default_material_used: bool,

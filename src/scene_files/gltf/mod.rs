@@ -43,24 +43,25 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// The estimated memory of one object or list of the JSON, in bytes (1 KiB). It includes the parts of the scene that are
-/// made from the object or list, such as those made from a node.
+/// The estimated memory of one object or list of the JSON, in bytes (1 KiB), with which a file is refused before it can fill
+/// the memory. It includes the parts of the scene that are made from the object or list, such as those made from a node.
 const OBJECT_BYTES: u64 = 1 << 10;
 
 /// The estimated memory, in bytes, of a string that is an item of a list or the name of an object's member, without the text
-/// of the string. The first item or name is already part of [`OBJECT_BYTES`]. A list that begins with a number counts with
-/// this memory instead of [`OBJECT_BYTES`].
+/// of the string. It adds to the estimate by which files that need too much memory are refused. The first item or name is
+/// already part of [`OBJECT_BYTES`]. A list that begins with a number counts with this memory instead of [`OBJECT_BYTES`].
 const STRING_BYTES: u64 = 128;
 
-/// The estimated memory of a number in a list, in bytes. The first number of a list is already part of [`STRING_BYTES`],
-/// with which the list is counted.
+/// The estimated memory of a number in a list, in bytes. It adds to the estimate by which files that need too much memory
+/// are refused. The first number of a list is already part of [`STRING_BYTES`], with which the list is counted.
 const NUMBER_BYTES: u64 = 16;
 
-/// The maximum number of unsupported extensions that a notice names. If there are more, the notice ends with "and others".
+/// The maximum number of unsupported extensions that a notice names, so that the notice stays short. If there are more, the
+/// notice ends with "and others".
 const MAX_EXTENSIONS: usize = 16;
 
 /// Reads a scene from the bytes of a glTF file. Files that it names are looked for in `folder`. The messages of errors name
-/// the faulty element, but not the file. The scene is not validated yet.
+/// the faulty element, but not the file, which the caller adds. The scene is not validated yet; the caller does that too.
 pub(super) fn read(
     bytes: &[u8],
     folder: &SceneFolder<'_>,
@@ -163,8 +164,8 @@ pub(super) fn read(
     Ok(scene)
 }
 
-/// Checks that there is enough memory for the data that the JSON describes, as [`memory_of`] estimates it. This check comes
-/// before the JSON is parsed, because a small file can describe very many elements.
+/// Checks that there is enough memory for the data that the JSON describes, as [`memory_of`] estimates it, and otherwise
+/// fails. This check comes before the JSON is parsed, because a small file can describe very many elements.
 fn check_memory(json: &[u8]) -> Result<()> {
     memory::check(memory_of(json)).map_err(|cause| {
         Error::input(format!(
@@ -197,8 +198,8 @@ fn memory_of(json: &[u8]) -> u64 {
     bytes
 }
 
-/// The rest of `json` after the end of a string. `json` must begin with the first character of the string, after its opening
-/// quote. The result is empty if the string never ends.
+/// The rest of `json` after the end of a string, so that brackets and commas in strings are not counted as elements. `json`
+/// must begin with the first character of the string, after its opening quote. The result is empty if the string never ends.
 fn after_string(json: &[u8]) -> &[u8] {
     let mut rest = json;
     while let Some(at) = rest.iter().position(|byte| matches!(byte, b'"' | b'\\')) {

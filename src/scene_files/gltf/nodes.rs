@@ -10,12 +10,13 @@ use crate::scene::notices::{Tally, label};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
-/// A node that belongs to the scene, with its transform to its parent and its transform to the world. Both are those that
-/// apply without keyframes.
+/// A node that belongs to the scene, with its transform to its parent and its transform to the world; both are those that
+/// apply without keyframes. The scene's instances, cameras, lights and motion are made from these nodes.
 pub struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,
-    /// The index of the parent in the list that [`placed`] returns; `None` for a node without a parent.
+    /// The index of the parent in the list that [`placed`] returns, with which the motion of the node follows that of its
+    /// parent; `None` for a node without a parent.
     pub parent: Option<u32>,
     pub in_parent: DAffine3,
     pub to_world: DAffine3,
@@ -89,7 +90,8 @@ pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
 }
 
 /// For each node of the document, the index of its parent; `None` for a node without a parent. Fails if a node has two
-/// parents, if the nodes form a cycle, or if an index is out of range.
+/// parents, if the nodes form a cycle, or if an index is out of range: transforms could then not be multiplied down the
+/// trees.
 fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
     let nodes = &document.nodes;
     let mut parents = vec![None; nodes.len()];

@@ -16,17 +16,19 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-/// The textures of a glTF file, and the indices of the images that were loaded for them. [`Self::of_material`] returns the
-/// textures of one material for the scene.
+/// The textures of a glTF file, whose images are loaded already. The reader of materials calls [`Self::of_material`] to give
+/// each material of the scene its textures.
 pub struct Textures<'a> {
     document: &'a Document,
     uses: &'a Uses,
     /// One entry for each image of the glTF file, in the file's order: the index of its decoded image among the images of
-    /// the scene. `None` if no material of the scene's faces needs the image, or if the image's file is missing.
+    /// the scene. `None` if no material of the scene's faces needs the image, or if the image's file is missing; materials
+    /// are then made without the textures that use the image.
     images: Vec<Option<u32>>,
 }
 
-/// Where the encoded bytes of an image (PNG, JPEG or WebP) come from: a file, a data URI or a buffer view.
+/// Where the encoded bytes of an image (PNG, JPEG or WebP) come from: a file, a data URI or a buffer view. The bytes are
+/// read only if no earlier image has the same source.
 enum Source<'a> {
     File(SceneFile),
     /// The text of a data URI after `data:`, such as `image/png;base64,…`.

@@ -7,15 +7,16 @@ use crate::{Error, Result};
 use std::cell::Cell;
 
 /// For each byte of a glTF file, the elements that are copied out of its buffers may take this number of bytes. The whole
-/// limit is this number times the size of the file, plus [`FREE_BYTES`].
+/// limit is this number times the size of the file, plus [`FREE_BYTES`]. A file whose elements would take more is an error.
 const RATIO: u64 = 64;
 
-/// The constant part of the limit, in bytes (1 GiB). The elements of a glTF file may take this much memory in any case,
-/// however small the file is.
+/// The constant part of the limit, in bytes (1 GiB). The elements of a glTF file may take this much memory in any case, so
+/// that a small file is not refused only because many of its elements use the same bytes.
 const FREE_BYTES: u64 = 1 << 30;
 
 /// The number of bytes that the elements of a glTF file (vertices, indices, keys) may still take when they are copied out of
-/// the file's buffers. Each read of elements subtracts its bytes, so that a small file cannot require any amount of memory.
+/// the file's buffers. Each read of elements subtracts its bytes; if too few are left, loading ends with an error. Thus a
+/// small file cannot require any amount of memory.
 pub struct Unfolding(Cell<u64>);
 
 impl Unfolding {
@@ -27,8 +28,8 @@ impl Unfolding {
         ))
     }
 
-    /// Subtracts `bytes`, the memory that elements will take, from what is left of the limit. It is called before the memory
-    /// is allocated. `what` names the elements in messages.
+    /// Subtracts `bytes`, the memory that elements will take, from what is left of the limit. Readers call this before they
+    /// allocate the memory. `what` names the elements in messages.
     ///
     /// # Errors
     /// Less than `bytes` is left of the limit, or the machine has less free memory.

@@ -1,4 +1,5 @@
-//! Builds the meshes of an OBJ file from its faces, one mesh at a time.
+//! Builds the meshes of an OBJ file from its faces, one mesh at a time. Corners of faces become vertices, and faces with the
+//! same material become one part of the mesh.
 
 use crate::scene::{Mesh, Part};
 use glam::{Vec2, Vec3};
@@ -8,9 +9,10 @@ use std::collections::HashMap;
 /// texture coordinates.
 pub const MISSING: u32 = u32::MAX;
 
-/// A corner of a face: indices, from 0, into the positions, normals and texture coordinates of the whole file. `normal` and
-/// `coordinates` are [`MISSING`] if the face does not state them. `coordinates` is also [`MISSING`] if the face's material
-/// has no textures; corners that differ only in unused texture coordinates can then share a vertex.
+/// A corner of a face: indices, from 0, into the positions, normals and texture coordinates of the whole file. Equal corners
+/// of a mesh become one vertex. `normal` and `coordinates` are [`MISSING`] if the face does not state them. `coordinates` is
+/// also [`MISSING`] if the face's material has no textures, so that corners which differ only in unused texture coordinates
+/// share a vertex.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Corner {
     pub position: u32,
@@ -18,8 +20,8 @@ pub struct Corner {
     pub coordinates: u32,
 }
 
-/// The mesh that is built from the faces since the last `o` or `g` statement. The next such statement, or the end of the
-/// file, adds the mesh to the scene.
+/// The mesh that is built from the faces since the last `o` or `g` statement, or since the start of the file. The next such
+/// statement, or the end of the file, adds the mesh to the scene.
 #[derive(Default)]
 pub struct Building {
     pub mesh: Mesh,
@@ -70,7 +72,8 @@ impl Building {
 }
 
 /// Sorts the triangles of a mesh by material, in the order in which the materials are first used. Afterwards each material
-/// of the mesh has exactly one part, which is a range of consecutive triangles with the same material.
+/// of the mesh has exactly one part, which is a range of consecutive triangles with the same material. Without this, a file
+/// that often changes the material between faces would give a mesh with very many parts.
 pub fn join_parts(mesh: &mut Mesh) {
     let mut order: HashMap<u32, usize> = HashMap::new();
     for part in &mesh.parts {

@@ -18,8 +18,8 @@ pub struct Lines<R> {
     number: usize,
 }
 
-/// A statement of an OBJ or MTL file without its comment: a keyword and the text after it. Lines that a backslash joins are
-/// one statement.
+/// A statement of an OBJ or MTL file without its comment: a keyword and the text after it. The keyword selects how a reader
+/// interprets the text. Lines that a backslash joins are one statement.
 pub struct Line<'a> {
     number: usize,
     /// The first word of the statement, such as `v` or `newmtl`.

@@ -93,11 +93,11 @@ pub fn load(
     Ok(())
 }
 
-/// The decoded images of all files that the textures of used materials name. Each file is read once, however many textures
-/// name it.
+/// The decoded images of all files that the textures of used materials name; the images of the scene are made from them.
+/// Each file is read once, however many textures name it.
 struct Files<'a> {
     /// Maps the two possible paths of a texture's file ([`Map::files`]) to the index of its image in `images`. `None` if the
-    /// file is missing and the user permits this.
+    /// file is missing and the user permits this; the material then gets no such texture.
     image_of: HashMap<&'a [PathBuf; 2], Option<usize>>,
     images: Vec<Image>,
 }

@@ -40,29 +40,32 @@ use std::path::Path;
 /// colour (`Kd`).
 const GREY: Vec3 = Vec3::splat(0.8);
 
-/// The maximum size of an MTL file, in bytes. A larger file is an error.
+/// The maximum size of an MTL file, in bytes (64 MiB). A larger file is an error and is not read, because its materials
+/// would take too much memory.
 const MAX_MTL_BYTES: u64 = 64 << 20;
 
 /// The most memory that the materials of an MTL file are assumed to take, in bytes per byte of the file. Before an MTL file
-/// is read, the reader checks that this much is free. A material takes about 430 bytes, and the shortest line that begins a
-/// material has 7.
+/// is read, the reader checks that this much is free; if it is not, loading ends with an error. A material takes about 430
+/// bytes, and the shortest line that begins a material has 7 bytes.
 const MTL_RATIO: u64 = 128;
 
 /// The memory, in bytes, that a mesh without vertices and triangles takes together with its instance. Each `o` and `g`
-/// statement begins a mesh, so the reader checks at each of them that this much memory is free.
+/// statement begins a mesh, so the reader checks at each of them that this much memory is free. If it is not, loading ends
+/// with an error.
 const MESH_BYTES: u64 = 1 << 10;
 
-/// The memory that the corners of a face take until the face is cut into triangles, in bytes per byte of its statement. The
-/// reader checks before each face that this much is free. A corner takes 96 bytes, and its text has at least two bytes, such
-/// as `1` and a space.
+/// The memory that the corners of a face take until the face is cut into triangles, in bytes per byte of its statement.
+/// Before each face the reader checks that this much is free; if it is not, loading ends with an error. A corner takes 96
+/// bytes, and its text has at least two bytes, such as `1` and a space.
 const FACE_RATIO: u64 = 48;
 
 /// The memory, in bytes, that the reader takes to remember the name of an MTL file, not counting the bytes of the name
-/// itself. The reader checks for each name after `mtllib` that this much and the name's own bytes are free.
+/// itself. The reader checks for each name after `mtllib` that this much and the name's own bytes are free. If they are not,
+/// loading ends with an error.
 const NAME_BYTES: u64 = 128;
 
-/// The maximum number of unsupported kinds of textures, such as `bump`, that the notice about ignored textures lists.
-/// Further kinds are summarised as "and others".
+/// The maximum number of unsupported kinds of textures, such as `bump`, that the notice about ignored textures lists, so
+/// that the notice stays short. Further kinds are summarised as "and others".
 const MAX_KINDS: usize = 16;
 
 /// Reads an OBJ file and the MTL files in `folder` that it names. Errors name the line in the file, but not the OBJ file,
@@ -134,6 +137,7 @@ struct Reader<'a> {
     coordinates: Vec<Vec2>,
     scene: Scene,
     /// The textures that MTL files state for the materials of the scene: one entry for each material, in the same order.
+    /// Their images are loaded after the whole OBJ file is read.
     maps: Vec<Maps>,
     materials: HashMap<String, u32>,
     /// The device and inode numbers of the MTL files that were read, so that each file is read once, even under several

@@ -24,8 +24,8 @@ pub struct Library {
     pub transparent: Vec<String>,
 }
 
-/// The textures that an MTL file states for one material; `None` for a property without a texture. They are boxed to save
-/// memory, because only few materials have textures.
+/// The textures that an MTL file states for one material; `None` for a property without a texture. Their images are loaded
+/// later, and only if a face uses the material. The textures are boxed to save memory, because only few materials have any.
 #[derive(Default)]
 pub struct Maps {
     pub base_color: Option<Box<Map>>,
@@ -34,7 +34,7 @@ pub struct Maps {
     pub emission: Option<Box<Map>>,
     pub normal: Option<Box<Map>>,
     /// The keywords among `Kd`, `Ke` and `Pm` (base colour, emission, metalness) that the file states for the material. If a
-    /// keyword is absent but the material has a texture for this property, the factor of the texture becomes 1.
+    /// keyword is absent but the material has a texture for this property, the value that multiplies the texture becomes 1.
     stated: Vec<&'static str>,
 }
 
@@ -75,7 +75,8 @@ impl Maps {
     }
 }
 
-/// A texture of an MTL material: the path of an image file, and how the image lies on the surface.
+/// A texture of an MTL material: the path of an image file, and how the image lies on the surface. When the image is loaded,
+/// the texture of the scene's material is made from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     /// Two possible paths of the image file, both relative to the folder of the OBJ file; the first one that exists is used.
@@ -90,9 +91,9 @@ pub struct Map {
     pub location: String,
 }
 
-/// Reads an MTL file. Appends its materials to `materials`, whose fields for textures stay empty. Appends to `maps`, for
-/// each of them, the textures that the file states. `folder` is the path of the MTL file's folder relative to that of the
-/// OBJ file. Returns what the reader ignored. Errors name the line, but not the file.
+/// Reads an MTL file. Appends its materials to `materials`, whose fields for textures stay empty, and appends to `maps` the
+/// textures that the file states for each of these materials. `folder` is the path of the MTL file's folder relative to that
+/// of the OBJ file. Returns what the reader ignored; errors name the line, but not the file, which the caller adds.
 pub fn read(
     source: impl BufRead,
     folder: &Path,

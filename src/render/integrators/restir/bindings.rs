@@ -9,7 +9,8 @@ use crate::render::world_reservoirs::WorldVertices;
 
 crate::bindings! {
     /// Bindings of the pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there),
-    /// and writes the light that this surface emits to the picture.
+    /// at which later passes compute direct and indirect light. It also writes the light that this surface emits to the
+    /// picture.
     pub struct Surfaces {
         [offers scene: SceneBindings]
         uniform restir,
@@ -20,8 +21,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `pilots`, which traces the pilot of each pixel: its first BSDF ray, which direct and indirect
-    /// light share.
+    /// Bindings of the pass `pilots`, which traces the pilot of each pixel: its first BSDF ray. Direct and indirect light
+    /// share it, so that the ray is traced only once. Later passes read what it has hit.
     pub struct TracePilots {
         [offers scene: SceneBindings]
         [optional write pilots]
@@ -47,9 +48,9 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `initial_indirect`, which traces paths as candidates of indirect light. The paths begin with
-    /// pilots (the first BSDF ray of each pixel). The pass reads the pilots in the buffer `reservoirs` and overwrites them
-    /// by reservoirs.
+    /// Bindings of the pass `initial_indirect`, which traces paths as candidates of indirect light and selects one of them
+    /// for the pixel's reservoir. The paths begin with pilots (the first BSDF ray of each pixel). The pass reads the pilots
+    /// in the buffer `reservoirs` and overwrites them by reservoirs.
     pub struct InitialIndirect {
         [offers scene: SceneBindings]
         [offers vertices: History<WorldVertices>]
@@ -66,7 +67,8 @@ crate::bindings! {
 
 crate::bindings! {
     /// Bindings of the passes `temporal_direct` and `temporal_indirect`, which merge the reservoir of each pixel with one of
-    /// the previous frame (temporal reuse). The buffer `history` contains the reservoirs of the previous frame.
+    /// the previous frame (temporal reuse), so that samples of earlier frames reduce noise. The buffer `history` contains
+    /// the reservoirs of the previous frame.
     pub struct Temporal {
         [offers scene: SceneBindings]
         uniform restir,
@@ -80,7 +82,8 @@ crate::bindings! {
 
 crate::bindings! {
     /// Bindings of the passes `spatial_direct` and `spatial_indirect`, which merge the reservoir of each pixel with those of
-    /// neighbouring pixels (spatial reuse). They read the buffer `neighbours` and write the results to `reservoirs`.
+    /// neighbouring pixels (spatial reuse). They read the buffer `neighbours` and write the results to `reservoirs`. The
+    /// last of them adds the light to `color` if there is no pass for shading.
     pub struct Spatial {
         [offers scene: SceneBindings]
         uniform restir,

@@ -12,8 +12,8 @@ use glam::Vec2;
 
 /// Makes the constants of shaders, and sets those that stay the same in all frames. The constants of a single frame, of
 /// light samplers and of reuse have default values, and the caller sets them. `slots` is the number of slots for pixels in
-/// each buffer (the pixels, padded to whole tiles), and `light_nodes` is the number of nodes of the light BVH. If `jitters`
-/// is true, primary rays pass through random points of their pixels, otherwise through the centres.
+/// each buffer (the pixels, padded to whole tiles), and `light_nodes` is the number of nodes of the light BVH, 0 without
+/// one. If `jitters` is true, primary rays pass through random points of their pixels, otherwise through the centres.
 pub fn frame_constants(
     view: &ViewConstants,
     bindings: &SceneBindings,
@@ -52,8 +52,9 @@ pub fn frame_constants(
 }
 
 /// The constants with which candidates of direct or of indirect light are drawn and reservoirs are reused, computed from the
-/// settings of this light. `distant_fraction` is the power of distant lights (those at infinite distance) as a fraction of
-/// the power of all lights, in [0, 1]; it decides how many candidates come from the light BVH.
+/// settings of this light. `distant_fraction` is the probability, in [0, 1], that a draw among all lights selects a distant
+/// light (at infinite distance). The light BVH does not contain such lights, so fewer candidates are drawn from it if there
+/// are more of them.
 pub fn reuse_constants(
     resampling: &Resampling,
     light_bvh: &LightBvhSettings,
@@ -102,9 +103,9 @@ pub fn reuse_constants(
 }
 
 /// How many of `count` light samples are drawn from the light BVH: their number, and this number as a fraction of `count`.
-/// The other samples are drawn among all lights. There are more of these if `distant_fraction` is higher, since the light
-/// BVH does not contain distant lights. For `count` = 1, the number is 1, and the fraction is the probability with which the
-/// sample is drawn from the light BVH.
+/// The other samples are drawn among all lights. There are more of these if `distant_fraction` (the probability that a draw
+/// among all lights selects a light at infinite distance) is higher, since the light BVH does not contain distant lights.
+/// For `count` = 1, the number is 1, and the fraction is the probability with which the sample is drawn from the light BVH.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_fraction;
     match count {
@@ -148,7 +149,8 @@ fn owen_scramble(x: u32, seed: u32) -> u32 {
     bits.reverse_bits()
 }
 
-/// A hash of `seed`, in which each bit depends on all bits of `seed` (Wellons, "Prospecting for Hash Functions", 2018).
+/// A hash of `seed`, in which each bit depends on all bits of `seed`, so that similar seeds give unrelated jitter (Wellons,
+/// "Prospecting for Hash Functions", 2018).
 fn hash(seed: u32) -> u32 {
     let mut bits = seed ^ seed >> 16;
     bits = bits.wrapping_mul(0x7FEB_352D);
@@ -161,9 +163,9 @@ fn hash(seed: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// If frames are averaged, an edge in the picture is shifted by the mean of their jitters. Along each axis, the RMS
-    /// distance of this mean from the pixel's centre, over many seeds, must be less than a quarter of the RMS distance that
-    /// independent positions give.
+    /// If frames are averaged, an edge in the picture is shifted by the mean of their jitters (the positions of primary rays
+    /// in their pixels). So this mean must be close to the pixel's centre. Along each axis, the RMS distance of the mean
+    /// from the centre, over many seeds, must be less than a quarter of the RMS distance that independent positions give.
     #[test]
     fn the_mean_jitter_of_some_frames_is_close_to_the_pixel_centre() {
         const SEEDS: u32 = 256;

@@ -15,8 +15,8 @@ pub struct DirectLight {
     /// The pass `initial_direct`, which draws the candidates of each pixel and selects one of them for the pixel's
     /// reservoir.
     pub initial: ComputePass,
-    /// The light samplers that have buffers (light lists, hash grid). Their passes fill these buffers before `initial` draws
-    /// candidates from them.
+    /// The light samplers that have buffers (light lists, hash grid); empty if the settings use none. Their passes fill
+    /// these buffers before `initial` draws candidates from them.
     pub samplers: LightSamplers,
     /// The reservoirs of direct light, and the passes for their temporal reuse, their spatial reuse and the shading.
     pub reuse: Reuse,

@@ -7,7 +7,7 @@ use crate::gpu::Recording;
 
 impl Restir {
     /// Records the upload of the constants and all passes of the current frame, from primary rays to shading, in the order
-    /// in which they run.
+    /// in which they run. Passes that the settings do not need do not exist, and are left out.
     pub(super) fn record<'a>(&'a self, recording: &mut Recording<'a>) -> Result<()> {
         self.upload_constants(recording)?;
         let inputs = self.inputs();

@@ -1,4 +1,5 @@
-//! The integrator of reservoir resampling (ReSTIR): its passes and buffers. `frame.rs` records the passes of a frame.
+//! The integrator of reservoir resampling (ReSTIR): its passes and buffers. `frame.rs` records the passes of a frame in the
+//! order in which they run.
 
 mod bindings;
 mod constants;
@@ -44,21 +45,22 @@ use sizes::BufferSizes;
 use specialisation::{with_layout, with_resampling};
 use std::sync::Arc;
 
-/// The integrator of reservoir resampling (ReSTIR). It consists of the passes of a frame, their buffers, and the data of a
+/// The integrator of reservoir resampling (ReSTIR), which renders each frame with one sample per pixel and reuses samples of
+/// neighbouring pixels and of the previous frame. It consists of the passes of a frame, their buffers, and the data of a
 /// frame that the next frame reuses.
 pub struct Restir {
     /// The Vulkan device on which the passes run.
     pub device: Arc<Device>,
     bindings: Arc<SceneBindings>,
     /// The constants of the current frame for the passes `surfaces` and `pilots`, which serve both direct and indirect
-    /// light.
+    /// light. The constants of direct and of indirect light are copies of them with their own settings of resampling.
     constants: RestirConstants,
     specialisation: Specialisation,
-    /// The pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there) and the
-    /// light that this surface emits.
+    /// The pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there), at which
+    /// the other passes compute light, and writes the light that this surface emits to the picture.
     pub surfaces: ComputePass,
-    /// The pass `pilots`, which traces the pilot (the first BSDF ray) of each pixel. `None` if neither the BSDF candidates
-    /// of direct light nor the paths of indirect light begin with pilots.
+    /// The pass `pilots`, which traces the pilot of each pixel: its first BSDF ray, which direct and indirect light share.
+    /// `None` if neither the BSDF candidates of direct light nor the paths of indirect light begin with pilots.
     pub pilot_pass: Option<ComputePass>,
     /// The passes and reservoirs of direct light; `None` if the settings, or a limit of 0 bounces, exclude direct light.
     pub direct: Option<DirectLight>,
@@ -74,16 +76,17 @@ pub struct Restir {
     separate_pilots: Option<Buffer>,
     counters: Counters,
     /// The primary surface of each pixel (the surface that the camera sees there) in this frame. With temporal reuse, a
-    /// second copy stores those of the previous frame.
+    /// second copy stores those of the previous frame, so that only reservoirs of similar surfaces are merged.
     sample_data: History<Buffer>,
-    /// True if at least one frame was rendered since the renderer was made or restarted.
+    /// True if at least one frame was rendered since the renderer was made or restarted. If not, there is nothing to reuse,
+    /// and debug AOVs show empty reservoirs.
     has_frame: bool,
 }
 
 impl Restir {
-    /// Makes the passes and buffers that `settings` need. `light_nodes` is the number of nodes of the light BVH. If `jitter`
-    /// is true, primary rays pass through random points of their pixels. `tracking` selects the data that is collected
-    /// besides the picture, such as counts.
+    /// Makes the passes and buffers that `settings` need. `light_nodes` is the number of nodes of the light BVH, 0 without
+    /// one. If `jitter` is true, primary rays pass through random points of their pixels, otherwise through the centres.
+    /// `tracking` selects the data that is collected besides the picture, such as counts.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, the picture is too large to be dispatched, or a shader's
@@ -254,8 +257,8 @@ impl Restir {
         direct.chain(self.indirect.iter().map(|light| &light.reuse))
     }
 
-    /// All buffers with data of pixels or path vertices, which a restart clears. The buffers of light samplers are not among
-    /// them.
+    /// All buffers with data of pixels or path vertices, which a restart clears so that no frame reads data of an earlier
+    /// run. The buffers of light samplers are not among them.
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
         let shared = std::iter::once(&self.color).chain(&self.separate_pilots);
@@ -268,7 +271,7 @@ impl Restir {
             .chain(world)
     }
 
-    /// The buffers and numbers of the current frame that all its passes have in common.
+    /// The buffers and numbers of the current frame that all its passes have in common, with which the passes are recorded.
     pub fn inputs(&self) -> FrameInputs<'_> {
         let view = &self.constants.view;
         FrameInputs {
@@ -316,7 +319,8 @@ impl Restir {
         }
     }
 
-    /// Records the upload of the current frame's constants to the uniform buffers of all passes.
+    /// Records the upload of the current frame's constants to the uniform buffers of all passes. It must come before the
+    /// passes, which read them.
     ///
     /// # Errors
     /// Only those of every driver call, see [`crate::gpu`].

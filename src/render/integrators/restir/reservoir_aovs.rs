@@ -1,4 +1,5 @@
-//! Debug AOVs (additional channels of a picture) of reservoir resampling: the contents of the reservoirs after a frame.
+//! Debug AOVs of reservoir resampling: additional channels of a picture with the contents of the reservoirs after a frame,
+//! which show, for example, which light each pixel selected.
 
 use super::bindings::ReservoirAovs;
 use crate::Result;
@@ -9,12 +10,14 @@ use std::sync::Arc;
 
 /// The buffers and constants of a finished frame of reservoir resampling, from which the debug AOVs are made.
 pub struct FrameOutputs<'a> {
-    /// The constants that the passes of direct or of indirect light have read in the frame; the size of the picture is taken
-    /// from them.
+    /// The constants that the passes of direct or of indirect light have read in the frame; the width and the height of the
+    /// picture are taken from them.
     pub constants: &'a RestirConstants,
-    /// The uniform buffer on the device with the constants that the shaders have read in the frame.
+    /// The uniform buffer on the device with the constants that the shaders have read in the frame. The pass that reads the
+    /// reservoirs binds it, too.
     pub restir: &'a Buffer,
-    /// The sample data of the frame: the primary surface of each pixel, which is the surface that the camera sees there.
+    /// The sample data of the frame: the primary surface of each pixel, which is the surface that the camera sees there. The
+    /// samples in the reservoirs belong to these surfaces.
     pub sample_data: &'a Buffer,
     /// The reservoirs after the last pass of the frame, whose contents the debug AOVs show: those of direct or of indirect
     /// light.
@@ -23,8 +26,8 @@ pub struct FrameOutputs<'a> {
     pub counters: &'a Buffer,
 }
 
-/// Returns the contents of the reservoirs after a frame, one entry per pixel, row by row from the top. To this end, it runs
-/// `pass`, which is `aovs_direct` or `aovs_indirect`, and waits for the device.
+/// Returns the contents of the reservoirs after a frame, for debug AOVs: one entry per pixel, row by row from the top. To
+/// this end, it runs `pass`, which is `aovs_direct` or `aovs_indirect`, and waits for the device.
 pub fn read_reservoir_aovs(
     device: &Arc<Device>,
     scene: &SceneBindings,

@@ -1,5 +1,6 @@
-//! The layout of reservoirs in memory. It can change pictures only by the rounding of the stored values, which depends on
-//! the format. How much time a layout costs depends on the device.
+//! The layout of reservoirs in memory, which decides how much memory they need and how fast passes read and write them. It
+//! can change pictures only by the rounding of the stored values, which depends on the format. How much time a layout costs
+//! depends on the device.
 
 use crate::render::lighting::Lighting;
 use crate::render::settings::{Order, Reservoirs};
@@ -10,7 +11,7 @@ use crate::shader_interface::{
 };
 
 /// The layout of reservoirs in memory: the settings, and whether a reservoir has additional words for debug AOVs (channels
-/// of a picture that show the contents of reservoirs).
+/// of a picture that show the contents of reservoirs). The sizes of buffers and the code of shaders follow from it.
 #[derive(Clone, Copy, Debug)]
 pub struct ReservoirLayout {
     /// The settings of the layout: the format of a reservoir, the order of pixels, and which words of reservoirs are
@@ -22,7 +23,8 @@ pub struct ReservoirLayout {
 }
 
 impl ReservoirLayout {
-    /// The size in bytes of one reservoir of direct or of indirect light (`lighting`).
+    /// The size in bytes of one reservoir of direct or of indirect light (`lighting`), from which the sizes of buffers are
+    /// computed.
     pub fn bytes(&self, lighting: Lighting) -> u64 {
         let debug = if self.origins { DEBUG_WORDS } else { 0 };
         4 * u64::from(

@@ -17,7 +17,8 @@ use std::sync::Arc;
 pub struct Reuse {
     /// The settings of resampling for this kind of light (direct or indirect).
     pub resampling: Resampling,
-    /// The settings of resampling in the form that shaders read. They are the same in all frames.
+    /// The settings of resampling in the form that shaders read. They are the same in all frames, and are copied into the
+    /// constants of each frame.
     reuse: ReuseConstants,
     temporal: Option<ComputePass>,
     spatial: Option<ComputePass>,
@@ -26,10 +27,11 @@ pub struct Reuse {
     shade: Option<ComputePass>,
     /// The constants of the current frame for all passes of this kind of light (direct or indirect).
     pub constants: RestirConstants,
-    /// The uniform buffer on the device with the constants of the current frame for all passes of this kind of light.
+    /// The uniform buffer on the device to which `constants` are uploaded in each frame. All passes of this kind of light
+    /// bind it.
     pub restir: Buffer,
-    /// The reservoirs of this frame, and those of the previous frame until a spatial pass overwrites them. If the settings
-    /// turn off temporal and spatial reuse, there is only one copy.
+    /// The reservoirs of this frame, and those of the previous frame until a spatial pass overwrites them. A reservoir
+    /// stores the selected sample of one pixel. If the settings turn off temporal and spatial reuse, there is only one copy.
     pub reservoirs: History<Buffer>,
 }
 

@@ -17,8 +17,9 @@ use glam::Vec3;
 // A pilot fits into the reservoir that holds it.
 const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
-/// The sizes in bytes of the buffers of reservoir resampling for one picture. Buffers whose data the next frame reuses are
-/// allocated twice with this size.
+/// The sizes in bytes of the buffers of reservoir resampling for one picture, with which the buffers are allocated and
+/// checked against the limits of the device. Buffers of which two copies are needed (for the previous frame, or for the
+/// input and the output of spatial reuse) are allocated twice with this size.
 pub struct BufferSizes {
     /// The number of slots for pixels in each buffer (not bytes): the number of pixels of the picture, padded to whole tiles
     /// if pixels are ordered in tiles.
@@ -31,10 +32,12 @@ pub struct BufferSizes {
     /// Size in bytes of the separate buffer for the pilots (the first BSDF ray of each pixel). 0 if there are no pilots, or
     /// if they are stored in the buffer of the reservoirs of indirect light.
     pub separate_pilots: u64,
-    /// The distance in memory from the pilot (first BSDF ray) of one pixel to that of the next, in bytes. It is the size of
-    /// a reservoir if reservoirs of indirect light store the pilots. Shaders do not use it with `reservoirs.arrays=soa`.
+    /// The distance in memory from the pilot (first BSDF ray) of one pixel to that of the next, in bytes, by which shaders
+    /// find pilots. It is the size of a reservoir if reservoirs of indirect light store the pilots, otherwise the size of a
+    /// pilot. Shaders do not use it with `reservoirs.arrays=soa`.
     pub pilot_stride: u64,
-    /// Size in bytes of one buffer of reservoirs of direct light. The buffer is made only if direct light is rendered.
+    /// Size in bytes of one buffer of reservoirs of direct light, one per slot. The buffer is made only if direct light is
+    /// rendered.
     pub direct: u64,
     /// Size in bytes of one buffer of reservoirs of indirect light, which is made only if indirect light is rendered. If
     /// indirect light is not stored in reservoirs, the buffer stores only the pilots, the first BSDF ray of each pixel.
@@ -42,8 +45,8 @@ pub struct BufferSizes {
     /// The name and the size in bytes of each buffer of the light samplers (light lists, hash grid); empty if the settings
     /// use none.
     pub light_samplers: Vec<(&'static str, u64)>,
-    /// The number of world reservoirs (the reservoirs of path vertices) and the size of their table, from which the sizes of
-    /// their buffers are computed.
+    /// The number of world reservoirs (the reservoirs of path vertices) and the size of the table that finds them, from
+    /// which the sizes of their buffers are computed.
     pub world: WorldSize,
 }
 

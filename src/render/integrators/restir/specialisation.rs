@@ -5,7 +5,8 @@ use crate::device_scene::GpuScene;
 use crate::render::settings::{Arrays, Candidates, Order, Resampling};
 use crate::shader_interface::{PixelOrder, Specialisation};
 
-/// A copy of the specialisation constants `base`, with those set that describe the layout of reservoirs in memory.
+/// A copy of the specialisation constants `base`, with those set that describe the layout of reservoirs in memory. Shaders
+/// find and decode reservoirs by them.
 pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisation {
     let (pixel_order, swizzle) = match layout.settings.order {
         Order::Row => (PixelOrder::Row, 1),
@@ -23,8 +24,9 @@ pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisa
 }
 
 /// A copy of the specialisation constants `base`, with those set that select the code for the settings `resampling`, which
-/// are those of direct or of indirect light. If the settings draw separate candidates for rare lights (the dimmest lights),
-/// the code for these is selected only if `scene` has rare lights.
+/// are those of direct or of indirect light. Rare lights are those of the dimmest emitters; with some settings, they are
+/// drawn only by separate candidates. The code for these candidates is selected only if `scene` has rare lights, because it
+/// costs time.
 pub fn with_resampling(
     base: Specialisation,
     resampling: &Resampling,

@@ -1,6 +1,6 @@
 //! The hash grid: reservoirs of direct light that belong to cells of space. A hash of the cell finds them. Each reservoir is
-//! made from many candidates, and pixels merge it with their own candidates ("Normal-aware hash grid of precomputed
-//! reservoirs", 2025).
+//! made from many candidates, and pixels merge it with their own candidates, so that already the first frame has little
+//! noise ("Normal-aware hash grid of precomputed reservoirs", 2025).
 //!
 //! `glsl/lights/samplers/hash_grid/hash_grid.glsl` describes the grid. By default, the surfaces that pixels show fill the
 //! grid in each frame, so that it fits the picture and follows all motion. With `hash_grid.mode=published`, random points on
@@ -22,9 +22,9 @@ use crate::shader_interface::{
 use settings::{GridMode, HashGridSettings};
 
 crate::bindings! {
-    /// Bindings of the pass `grid_claim`, which selects the surface that will make the reservoir of each slot of the hash
-    /// grid. Each surface picks a random slot of its cell. If several surfaces pick the same slot, one of them is selected
-    /// at random.
+    /// Bindings of the pass `grid_claim`, in which surfaces claim slots of the hash grid. It selects, for each slot, the
+    /// surface for which the slot's reservoir will be made. Each surface picks a random slot of its cell. If several
+    /// surfaces pick the same slot, one of them is selected at random; a slot that none picks stays empty.
     pub struct ClaimGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -36,8 +36,8 @@ crate::bindings! {
 }
 
 crate::bindings! {
-    /// Bindings of the pass `grid_fill`. In it, each surface that `grid_claim` has selected for a slot of the hash grid
-    /// makes the slot's reservoir from many light samples.
+    /// Bindings of the pass `grid_fill`. For each surface that `grid_claim` has selected for a slot of the hash grid, it
+    /// makes the slot's reservoir from many light samples. Pixels merge these reservoirs with their own candidates.
     pub struct FillGrid {
         [offers scene: SceneBindings]
         [optional read grid_points]
@@ -54,22 +54,24 @@ crate::bindings! {
 /// memory.
 const SURFACE_POINTS: usize = 1 << 19;
 
-/// The hash grid as a light sampler: the passes that fill it, its buffers, and its constants for shaders.
+/// The hash grid as a light sampler: the passes that fill it, its buffers, and its constants for shaders. The pass
+/// `initial_direct` merges reservoirs of the grid with the candidates of each pixel.
 pub struct HashGridLight {
-    /// The pass `grid_claim`, which selects the surface that makes the reservoir of each slot of the grid. If several
+    /// The pass `grid_claim`, which selects the surface for which the reservoir of each slot of the grid is made. If several
     /// surfaces pick the same slot, it selects one of them at random.
     claim: ComputePass,
-    /// The pass `grid_fill`. In each slot for which `grid_claim` has selected a surface, this surface makes a reservoir from
-    /// many light samples.
+    /// The pass `grid_fill`. For each slot for which `grid_claim` has selected a surface, it makes a reservoir from many
+    /// light samples.
     fill: ComputePass,
     /// Random points on the scene's surfaces with their normals, which fill the grid in the first frame. `None` if the
     /// surfaces that pixels show fill it in each frame.
     points: Option<Buffer>,
-    /// For each slot, the index of the surface that makes its reservoir, and a hash of the cell of space to which the
-    /// reservoir belongs. In each cell, surfaces whose normals have different directions use different slots. So the hash
-    /// also includes the bin (range of directions) of the normal.
+    /// For each slot, the index of the surface for which its reservoir is made, and a hash of the cell of space to which the
+    /// reservoir belongs, by which pixels reject reservoirs of other cells. In each cell, surfaces whose normals have
+    /// different directions use different slots. So the hash also includes the bin (range of directions) of the normal.
     slots: Buffer,
-    /// The reservoir of each slot, in the same format as the reservoirs of direct light of pixels.
+    /// The reservoir of each slot, in the same format as the reservoirs of direct light of pixels. Pixels merge it with
+    /// their own candidates.
     reservoirs: Buffer,
     constants: GridConstants,
 }
@@ -91,8 +93,9 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     (surfaces, (2 * surfaces).next_power_of_two())
 }
 
-/// The names and the sizes in bytes of the three buffers of the hash grid: points on surfaces, slots and reservoirs.
-/// `reservoir_bytes` is the size of one reservoir. The result is `None` if there is no grid.
+/// The names and the sizes in bytes of the three buffers of the hash grid: points on surfaces (0 bytes if the surfaces that
+/// pixels show fill the grid), slots and reservoirs. `reservoir_bytes` is the size of one reservoir. The result is `None` if
+/// there is no grid.
 fn bytes(
     filled_by: HashGrid,
     view: &ViewConstants,
@@ -253,7 +256,8 @@ impl LightSampler for HashGridLight {
 }
 
 /// The side of a cell, in the same unit as the coordinates of `points`: the longest side of the bounding box of all points,
-/// divided by `cells`. It is 1 if the bounding box has no extent, for example without points.
+/// divided by `cells`. Used if points in the whole scene fill the grid. It is 1 if the bounding box has no extent, for
+/// example without points.
 fn cell_size(points: &[SurfacePoint], cells: u32) -> f32 {
     let positions = points.iter().map(|point| point.position);
     let low = positions

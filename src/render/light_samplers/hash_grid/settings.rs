@@ -1,11 +1,13 @@
-//! Settings of the hash grid (`hash_grid.*`), a light sampler that stores reservoirs of direct light in cells of space. They
-//! have an effect only with `direct.candidates=hash-grid`.
+//! Settings of the hash grid (`hash_grid.*`). The grid stores reservoirs of direct light in cells of space, and each pixel
+//! merges the reservoirs of its cell with its own light candidates. The settings have an effect only with
+//! `direct.candidates=hash-grid`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The points for which the hash grid makes its reservoirs of direct light, and the MIS weights with which pixels merge
-/// these reservoirs. The grid stores the reservoirs in cells of space.
+/// these reservoirs. The grid stores the reservoirs in cells of space, so that pixels find those that were made near their
+/// own surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GridMode {
@@ -20,7 +22,7 @@ pub enum GridMode {
 }
 
 /// Settings of the hash grid, which stores reservoirs of direct light in cells of space. Pixels merge the reservoirs of
-/// their cell with their own light candidates.
+/// their cell with their own light candidates, so that each pixel selects its light among more candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HashGridSettings {

@@ -10,7 +10,8 @@ use crate::render::scene_bindings::SceneBindings;
 use crate::shader_interface::{LIST_CONTEXT_WORDS, TILE, ViewConstants};
 
 crate::bindings! {
-    /// Bindings of the pass `light_lists`, in which one pixel of each tile draws the lights of the tile's list.
+    /// Bindings of the pass `light_lists`, in which one pixel of each tile draws the lights of the tile's list. Pixels near
+    /// the tile draw their candidates of direct light from this list.
     pub struct DrawLightLists {
         [offers scene: SceneBindings]
         uniform restir,
@@ -20,22 +21,26 @@ crate::bindings! {
     }
 }
 
-/// The pass that draws the light lists of each frame, and the buffer in which it stores them for the pass of direct light.
+/// The light lists of a renderer, one list of lights for each tile of pixels: the pass that draws them from the light BVH in
+/// each frame, and the buffer that stores them. Pixels draw their candidates of direct light from the lists, so that they
+/// need not walk through the tree.
 pub struct LightLists {
     pass: ComputePass,
     /// The lists, one per tile, in rows of tiles from the top. Each list begins with the shading point for which its lights
-    /// were drawn. Then it has a fixed number of entries: the index of a light, and the probability with which it was drawn.
+    /// were drawn; pixels need it to compute the probability densities of their candidates. Then it has a fixed number of
+    /// entries: the index of a light, and the probability with which it was drawn.
     lists: Buffer,
     tiles: [u32; 2],
 }
 
-/// The number of tiles along the width and along the height of the picture. Tiles at the right and lower edges may be cut
-/// off.
+/// The number of tiles along the width and along the height of the picture; each tile has one light list. Tiles at the right
+/// and lower edges may be cut off.
 fn tiles(settings: &LightBvhSettings, view: &ViewConstants) -> [u32; 2] {
     [view.width, view.height].map(|side| side.div_ceil(settings.tile))
 }
 
-/// The size, in bytes, of the buffer that stores the lists of all tiles.
+/// The size, in bytes, of the buffer that stores the light lists of all tiles: for each tile, the shading point that drew
+/// the list, then two words per light.
 fn bytes(settings: &LightBvhSettings, view: &ViewConstants) -> u64 {
     let [x, y] = tiles(settings, view);
     let words = LIST_CONTEXT_WORDS + 2 * settings.list;

@@ -1,5 +1,5 @@
-//! The buffer of the light BVH, a tree from which lights are drawn for light candidates. The buffer is empty if the settings
-//! draw no candidates from the tree.
+//! The buffer of the light BVH, a tree of lights. Shaders walk through the tree to find the lights that matter at a point,
+//! and draw light candidates from them. The buffer is empty if the settings draw no candidates from the tree.
 
 pub mod lists;
 pub mod settings;
@@ -19,18 +19,20 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// The number of points on surfaces that are used to choose the scale of boxes of influence. A point finds a light only
-/// within the light's box. With the chosen scale, a point on a surface is within about 8 boxes. Higher: a more exact scale,
-/// but a longer start.
+/// within the light's box. The scale is chosen so that a point on a surface is within about 8 boxes on average. Higher: a
+/// more exact scale, but a longer start.
 const SURFACE_POINTS: usize = 1024;
 
-/// The buffer of the light BVH on the device, and the tree on the CPU from which the contents of the buffer are made. The
-/// buffer is empty if no candidates are drawn from the light BVH.
+/// The buffer of the light BVH (a tree of lights) on the device, from which shaders draw light candidates. It also has the
+/// tree on the CPU, from which the buffer is written again when lights move or change. The buffer is empty if no candidates
+/// are drawn from the tree.
 pub struct LightBvhBuffer {
-    /// The number of nodes of the tree, inner nodes and leaves; 0 if there is no tree.
+    /// The number of nodes of the tree, inner nodes and leaves, for the constants of shaders; 0 if there is no tree.
     pub node_count: u32,
     buffer: Buffer,
-    /// The tree on the CPU, and the time, in seconds, of the pose from which the lights in the buffer were computed. If the
-    /// scene is posed at another time, the buffer must be updated. `None` if there is no tree.
+    /// The tree on the CPU, and the time, in seconds, of the pose (the state of the scene at one time) from which the lights
+    /// in the buffer were computed. If the scene is posed at another time, the buffer must be updated. `None` if there is no
+    /// tree.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 
@@ -94,9 +96,9 @@ impl SceneResource for LightBvhBuffer {
         (LIGHT_BVH, resource)
     }
 
-    /// If the current pose of the scene has another time than the lights in the buffer, uploads the tree again, with the
-    /// boxes and powers of the lights in this pose. The structure of the tree stays the same. Does nothing if the scene does
-    /// not move.
+    /// If the scene is now posed at another time than the lights in the buffer, uploads the tree again, with the boxes and
+    /// powers that the lights have at this time. The structure of the tree stays the same. Does nothing if neither instances
+    /// nor lights change with time, or if there is no tree.
     ///
     /// # Errors
     /// The device fails, or an earlier update failed in another thread.
@@ -115,7 +117,8 @@ impl SceneResource for LightBvhBuffer {
 }
 
 /// Builds the tree for the lights at time 0. With `far=skipped` and `boxes=visibility`, it then traces rays from the lights,
-/// and limits each box of influence (the box within which a light is found) to the surfaces that the rays hit.
+/// and limits each box of influence (the box within which a light is found) to the surfaces that the rays hit. So fewer
+/// points find lights that are hidden from them.
 fn build(
     device: &Arc<Device>,
     scene: &Arc<GpuScene>,

@@ -1,5 +1,5 @@
-//! Settings of the light BVH (`light_bvh.*`), a tree of lights. Light candidates are drawn from it with
-//! `direct.candidates=light-bvh` or `indirect.candidates=light-bvh`.
+//! Settings of the light BVH (`light_bvh.*`), a tree that finds the lights that matter at a point. Light candidates are
+//! drawn from it with `direct.candidates=light-bvh` or `indirect.candidates=light-bvh`, or if `auto` selects it.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,8 @@ pub enum Scale {
     Number(f32),
 }
 
-/// A [`Scale`] in the form in which TOML and JSON files contain it: a number, or the word `auto`. Other words are errors.
+/// A [`Scale`] in the form in which TOML and JSON files contain it: a number, or the word `auto`. Files are read and written
+/// through it; other words, and numbers out of range, are errors.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum Written {
@@ -50,7 +51,8 @@ impl TryFrom<Written> for Scale {
 }
 
 impl Scale {
-    /// The factor that the user gave; `None` for `auto`, because the factor is then chosen when the tree is built.
+    /// The factor that the user gave, from 1e-9 to 1e9; `None` for `auto`, because the program then chooses the factor when
+    /// it builds the tree.
     pub fn number(self) -> Option<f32> {
         match self {
             Self::Auto => None,
@@ -72,7 +74,8 @@ impl JsonSchema for Scale {
     }
 }
 
-/// The probabilities with which a walk through the light BVH draws one of the lights that it finds at a point.
+/// The probabilities with which a walk through the light BVH (a tree of lights) draws one of the lights that it finds at a
+/// point. Light candidates are drawn with these probabilities.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightChoice {
@@ -84,7 +87,8 @@ pub enum LightChoice {
     Uniform,
 }
 
-/// The treatment of lights that are far from the point at which a walk through the light BVH searches for lights.
+/// The treatment of lights that are far from the point at which a walk through the light BVH (a tree of lights) searches for
+/// lights: the walk finds them in groups, or not at all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Far {
@@ -92,22 +96,24 @@ pub enum Far {
     /// groups.
     #[default]
     Joined,
-    /// A walk finds a light only at points inside the box of influence of the light's cluster, as published (Gardishyan
-    /// 2025). At other points, only the candidates that are drawn among all lights can select the light.
+    /// A walk finds a light only at points inside the box of influence of the light's cluster (lights that are close to each
+    /// other), as published (Gardishyan 2025). At other points, only those light candidates that are drawn among all lights
+    /// can select the light.
     Skipped,
 }
 
-/// The extent of boxes of influence. Such a box surrounds a cluster of lights, and with `far=skipped` a point finds these
-/// lights only inside the box.
+/// The extent of boxes of influence. Such a box surrounds a cluster (lights that are close to each other), and with
+/// `far=skipped` a walk through the light BVH finds these lights only at points inside the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Boxes {
-    /// The box extends beyond the lights of its cluster by the distance scale · √power, in all directions. The power is the
-    /// sum of luminance × area over the lights.
+    /// The box extends beyond the lights of its cluster by the distance scale × √power, in all directions. The scale is
+    /// `light_bvh.scale`, and the power is the sum of luminance × area over the lights.
     #[default]
     Simple,
-    /// The box is as with `simple`, but it ends at the surfaces that rays from the lights of its cluster hit at time 0. If
-    /// all lights of a cluster are off at time 0, the box is the same as with `simple`.
+    /// The box is as with `simple`, but it ends at the surfaces that rays from the lights of its cluster hit at time 0, so
+    /// that fewer hidden lights are found. If all lights of a cluster are off at time 0, the box is the same as with
+    /// `simple`.
     Visibility,
 }
 
@@ -123,7 +129,8 @@ pub enum Rest {
     Uniform,
 }
 
-/// Settings of the light BVH, a tree of lights: how it is built, and how candidates are drawn from it.
+/// Settings of the light BVH, a tree that finds the lights that matter at a point: how the tree is built, and how light
+/// candidates are drawn from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightBvhSettings {
