@@ -138,6 +138,18 @@ impl Fingerprints {
     }
 }
 
+/// [`Fingerprints::all`] of the shaders in the folder of `HEADWATER_GLSL`. `None` without that variable: then the commit of
+/// the program tells the shaders. Pictures store it, so that no run goes on with sums that other shaders computed.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn edited_fingerprint() -> Result<Option<String>> {
+    match std::env::var_os("HEADWATER_GLSL") {
+        None => Ok(None),
+        Some(_) => Fingerprints::new().map(|fingerprints| Some(fingerprints.all)),
+    }
+}
+
 fn hash_of(sources: &Sources, is_wanted: impl Fn(&str) -> bool) -> String {
     let mut hasher = blake3::Hasher::new();
     for (name, text) in sources.iter().filter(|(name, _)| is_wanted(name)) {

@@ -1,8 +1,9 @@
 //! Tests of `--resume` with files whose metadata or sums are wrong.
 
-use crate::{fail, succeed, text};
+use crate::{fail, headwater, succeed, text};
 use headwater::image::{Image, Samples};
 use std::path::Path;
+use std::process::Command;
 
 const ARGUMENTS: [&str; 8] = [
     "reference",
@@ -126,6 +127,31 @@ const DAMAGE: [Damage; 33] = [
         "of 6 samples",
     ),
 ];
+
+#[test]
+fn sums_of_other_shaders_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let glsl = folder.path().join("glsl");
+    let ours = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    let copied = Command::new("cp").arg("-r").args([&ours, &glsl]).status();
+    assert!(copied.unwrap().success());
+    let arguments = [&ARGUMENTS[..], &["-o", text(&path)]].concat();
+    let resume = [&arguments[..], &["--resume"]].concat();
+    let edited = |arguments: &[&str]| {
+        let mut command = headwater(arguments);
+        command.env("HEADWATER_GLSL", &glsl).output().unwrap()
+    };
+    succeed(&arguments);
+    let output = edited(&resume);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("it has no headwater.shaders"), "{said}");
+    assert!(edited(&arguments).status.success());
+    let line = fail(&resume, 2);
+    assert!(line.contains("it has headwater.shaders"), "{line}");
+    assert!(edited(&resume).status.success());
+}
 
 #[test]
 fn a_file_that_lies_is_refused_in_one_readable_line() {

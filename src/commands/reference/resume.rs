@@ -65,6 +65,10 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
             }));
         }
     }
+    let more = |key: &&String| key.starts_with("headwater.") && !wanted.contains_key(*key);
+    if let Some(key) = earlier.metadata.keys().find(more) {
+        return Err(wrong(format!("it has {key}, and this run does not")));
+    }
     let samples = samples_of(&earlier).map_err(wrong)?;
     let sums = sums_of(&earlier).map_err(wrong)?;
     if let Some(i) = sums.iter().position(|p| !possible(p, samples)) {

@@ -5,6 +5,7 @@ use super::Session;
 use super::cameras::camera_text;
 use crate::commands::arguments::Aov;
 use crate::commands::notice;
+use crate::device_scene::shaders;
 use crate::image::{Image, Samples};
 use crate::render::outputs::Sums;
 use crate::render::{Clock, Lighting, Settings};
@@ -49,6 +50,9 @@ impl Session {
             ("samples", samples.to_string()),
         ] {
             image.metadata.insert(format!("headwater.{key}"), value);
+        }
+        if let Some(shaders) = shaders::edited_fingerprint()? {
+            (image.metadata).insert("headwater.shaders".to_owned(), shaders);
         }
         if let Some(Clock { start_time, fps }) = self.clock {
             let fps = fps.map(|fps| ("fps", fps));
