@@ -67,7 +67,8 @@ fn value(report: &str, key: &str) -> Option<u64> {
     number(report.lines().find_map(|line| line.strip_prefix(key))?)
 }
 
-/// The first word of `text` as an unsigned integer; `None` if there is no word or it is not an integer.
+/// The first word of `text`, such as a size in a report of the system, as an unsigned integer; `None` if there is no word or
+/// it is not an integer.
 fn number(text: &str) -> Option<u64> {
     text.split_whitespace().next()?.parse().ok()
 }

@@ -1,9 +1,9 @@
-//! Random numbers that are equal on every machine. Procedural scenes are made with them, so that the content hash of a
-//! scene is the same everywhere, and the points on surfaces from which light samplers are prepared are drawn with them.
-//! Shaders have their own random numbers.
+//! Random numbers for the host that are equal on every machine; shaders have their own. Procedural scenes are made with
+//! them, so that the content hash of a scene is the same everywhere. The light BVH draws rays with them, which measure how
+//! far the light of its clusters (groups of lights) reaches.
 
-/// The generator PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast
-/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).
+/// A generator of random numbers: PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast Space-Efficient
+/// Statistically Good Algorithms for Random Number Generation", 2014).
 pub struct Random(u64);
 
 impl Random {

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 pub struct TomlText {
     /// The path of the file that contains the text, or another name of the text; error messages show it.
     pub origin: String,
-    /// The TOML source text, not parsed.
+    /// The TOML source text. It is parsed when its values are needed, and error messages show lines of it.
     pub text: String,
 }
 
@@ -55,8 +55,8 @@ impl TomlText {
         }
     }
 
-    /// Makes an input error. Its message begins with the origin and with the number and the text of the line that
-    /// contains the byte at `offset`, and ends with `message`.
+    /// Makes an input error. Its message consists of the name of the text's origin, the number and the text of the line that
+    /// contains the byte at `offset`, and `message`, in this order.
     fn error_at(&self, offset: usize, message: &str) -> Error {
         let number = 1 + self.text[..offset].matches('\n').count();
         let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();

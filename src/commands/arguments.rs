@@ -26,7 +26,7 @@ const MAX_PIXELS: u64 = 1 << 28;
 pub struct SceneArgs {
     /// The scene: the name of a procedural scene (see 'headwater scene list'), or a file, .gltf, .glb or .obj
     pub scene: String,
-    /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
+    /// Options that decide whether a scene may lack image files and may name files outside of its folder
     #[command(flatten)]
     pub load: LoadArgs,
     /// Light from infinitely far away, which surrounds the scene: an .exr or .hdr image whose columns are longitudes
@@ -77,7 +77,7 @@ pub struct SceneArgs {
     /// TOML file of settings, which override those of the preset; without it, only --set changes them
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// One setting, which overrides the preset and --config; may be given several times
+    /// A setting and its value, which override the preset and --config; may be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Options that choose the method that traces rays, and how shaders access the scene

@@ -34,8 +34,8 @@ impl FromStr for FrameRange {
 }
 
 impl FrameRange {
-    /// Checks that every frame of the range is rendered, because a frame that is not rendered cannot be captured.
-    /// `frames` is the number of rendered frames, at least 1.
+    /// Checks that every frame of this range is rendered, because a frame that is not rendered cannot be captured. `frames`
+    /// is the number of frames that the run renders, at least 1.
     ///
     /// # Errors
     /// The range ends after the last rendered frame.
@@ -56,7 +56,8 @@ impl FrameRange {
     }
 }
 
-/// The capture tool that is loaded into this process. It decides how the tool learns where a frame begins and ends.
+/// The capture tool that is loaded into this process. The kind of tool decides how the program marks where a frame begins
+/// and ends.
 enum Tool {
     /// RenderDoc is loaded. The program calls its interface at the beginning and at the end of each captured frame.
     RenderDoc(renderdoc::Watcher),
@@ -174,7 +175,7 @@ impl<'a> Capture<'a> {
 pub struct CapturePlan<'a> {
     /// The frames that the tool captures. Frames outside of this range are rendered and presented too.
     pub range: FrameRange,
-    /// The number of frames that are rendered; their indices begin with 0.
+    /// The number of frames that are rendered, also those that are not captured; their indices begin with 0.
     pub frames: u32,
     /// If true, the radiance of every frame is added to the renderer's sums. If false, each frame is rendered alone, and
     /// at the end the sums hold the last one.
@@ -186,8 +187,8 @@ pub struct CapturePlan<'a> {
     pub folder: Option<&'a Path>,
 }
 
-/// Renders every frame of the plan, one after the other. Afterwards the renderer's sums hold the last frame, or with
-/// [`accumulate`](CapturePlan::accumulate) the sum of all frames.
+/// Renders every frame of the plan `wanted`, one after the other. Afterwards the renderer's sums of radiance hold the last
+/// frame, or with [`accumulate`](CapturePlan::accumulate) the sum of all frames.
 ///
 /// # Errors
 /// No tool is loaded; the tool needs presented pictures and the device cannot present them; the device, the tool or the

@@ -5,8 +5,8 @@ use crate::device_scene::selection::Request;
 use crate::scene_files::Options;
 use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 
-/// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder. By
-/// default both are errors.
+/// Options that decide whether a scene may lack image files and may name files outside of its folder. By default both are
+/// errors.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LoadArgs {
     /// Load the scene even if image files of textures are missing; its materials then do without these textures
@@ -30,7 +30,7 @@ impl LoadArgs {
 /// The method that traces rays, as `--tracer` names it. All shaders are compiled for this method.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum TracerArg {
-    /// The program chooses by the features of the device
+    /// The program chooses the tracer by the features of the device
     #[default]
     Auto,
     /// Vulkan ray queries trace rays, in acceleration structures that the driver builds
@@ -55,7 +55,7 @@ impl TracerArg {
 /// cells of space), as `--geometry` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
-    /// The program chooses by the features of the device and the size of the scene
+    /// The program chooses the access by the features of the device and the size of the scene
     #[default]
     Auto,
     /// Shaders access the scene's buffers through storage buffer bindings, whose contents capture tools show and replay
@@ -67,7 +67,7 @@ pub enum GeometryArg {
 /// How shaders read the texels of textures, as `--textures` names it. It decides how the textures are uploaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesArg {
-    /// The program chooses by the features of the device and the textures of the scene
+    /// The program chooses the access by the features of the device and the textures of the scene
     #[default]
     Auto,
     /// Shaders read textures from sampled images, which they select by descriptor indexing

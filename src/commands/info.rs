@@ -1,6 +1,6 @@
-//! `info`: lists the Vulkan devices, and the variant of the shaders (tracer, and access to buffers and textures) that
-//! each device would use. The variant is that for a scene with textures whose buffers fit into the device's storage
-//! buffer bindings.
+//! `info`: lists the Vulkan devices, and the variant of the shaders (tracer, and access to buffers and textures) that each
+//! device would use for a small scene with textures. Small means that each buffer of the scene fits into a storage buffer
+//! binding of the device.
 
 use super::{check_messages, open_vulkan, print};
 use crate::Result;

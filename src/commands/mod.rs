@@ -41,8 +41,8 @@ use std::sync::Arc;
 #[derive(Parser)]
 #[command(name = "headwater", version, about, max_term_width = 100)]
 struct Cli {
-    /// Print choices and their reasons on stderr: the device, the tracer, the requirements of the scene, the times of the
-    /// passes
+    /// Print on stderr what the program chooses and why, such as the device and the tracer, what the scene requires, and the
+    /// times of the passes
     #[arg(short, long, global = true)]
     verbose: bool,
     #[command(subcommand)]
@@ -70,8 +70,8 @@ enum Command {
     Regress(regress::Args),
     /// Print the presets, and every setting with its value, its range and its description.
     Presets(presets::Args),
-    /// Render every configuration on every scene with several seeds, compare the frames with references, and test them
-    /// for bias.
+    /// Render the configurations (named settings) of a plan on its scenes with several seeds, compare the frames with
+    /// references, and test them for bias.
     Study(study::Args),
     /// Print the script with which a shell completes commands and options.
     Completions(shell::CompletionsArgs),
@@ -261,9 +261,9 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
     }
 }
 
-/// If the clock is stopped, so that all frames show its start time, replaces a moving scene by its state at that time,
-/// which then never moves and costs less to render. Prints a notice if a time is set although nothing in the scene
-/// moves. The notice begins with `whose`: empty, or the name of the scene, a colon and a space.
+/// If the clock is stopped, all frames show its start time. Then this replaces a moving scene by its state at this time,
+/// which does not move and costs less to render. If nothing in the scene moves, but the clock runs or does not start at 0,
+/// prints a notice. The notice begins with `whose`: empty, or the name of the scene, a colon and a space.
 ///
 /// # Errors
 /// The errors of [`Clock::freeze_if_stopped`].

@@ -194,8 +194,8 @@ fn read(path: &Path) -> Result<Profile> {
     })
 }
 
-/// Prints the profile as text or JSON, and writes the files of `--output` and `--trace`. `frames` lists the times of each
-/// frame, including the warm-up; the trace shows them.
+/// Prints the profile as text or JSON, and writes it to the file of `--output`. Writes `frames`, the times of each frame
+/// including the warm-up, to the file of `--trace`.
 fn write(args: &Args, profile: &Profile, frames: &[Frame]) -> Result<()> {
     let json = serde_json::to_string_pretty(profile)
         .map_err(|e| Error::failed(format!("a profile as JSON: {e}")))?;

@@ -186,7 +186,7 @@ fn next_check(done: u32) -> u32 {
     check
 }
 
-/// True if the error is compared with `--target-error` after `done` samples per pixel; the run then stops if it is
+/// True if the run compares its error with `--target-error` after `done` samples per pixel. It stops then if the error is
 /// small enough.
 fn checks_error(done: u32) -> bool {
     done > 0 && next_check(done - 1) == done
@@ -216,8 +216,9 @@ fn sample_limit(args: &Args) -> Result<u32> {
     }
 }
 
-/// Writes every output file from the renderer's sums, which contain `samples` samples per pixel, and returns these sums.
-/// The picture of an EXR file also has the channels that `--resume` reads and, from two samples on, the standard errors.
+/// Writes every output file: the mean of the `samples` samples per pixel whose radiance the renderer has added up. An EXR
+/// file also gets the channels that `--resume` reads and, from two samples on, the standard error of each pixel. Returns the
+/// renderer's sums, from which the caller computes the relative error.
 fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
     let sums = session.renderer.sums()?;
     let mut image = session.picture(&sums, samples, &args.scene.aov)?;
@@ -242,9 +243,10 @@ fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
 /// names. Saving calls it for every pixel to fill EXR channels, and resuming to check the sums that it has read.
 type Part = fn(&PixelSums) -> Vec3;
 
-/// The four RGB values in a pixel's accumulated sums, each with its name: the sum of the samples' radiance, the sum of
-/// the squares of their radiance, and the rounding error of each sum. The names form those of the EXR channels that
-/// `--resume` reads: `sum` is stored in `resume.sum.R`, `resume.sum.G` and `resume.sum.B`.
+/// The four RGB values of which the accumulated sums of a pixel consist, each with its name: the sum of the samples'
+/// radiance, the sum of the squares of their radiance, and the rounding error of each of these two sums. The names are parts
+/// of the names of the EXR channels that `--resume` reads: `sum` is stored in `resume.sum.R`, `resume.sum.G` and
+/// `resume.sum.B`.
 const PARTS: [(&str, Part); 4] = [
     ("sum", |p| p.sum),
     ("sum_low", |p| p.sum_low),

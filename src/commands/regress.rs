@@ -54,8 +54,8 @@ pub struct Args {
     device: Option<String>,
 }
 
-/// The parser of a test case, whose text has the form of arguments of the command `render`. It yields the scene, the
-/// settings and the number of frames with which the case is rendered.
+/// The parser of a test case, which is written like the arguments of the command `render`. It yields the scene, the settings
+/// and the number of frames with which the case is rendered.
 #[derive(Parser)]
 #[command(name = "render")]
 struct Line {
@@ -278,7 +278,8 @@ fn again(args: &Args, case: &Case) -> String {
 }
 
 /// Renders a case twice: first as usual, to get the picture, and then pass by pass, to hash each buffer that a pass may
-/// write. The inner error is a sentence about a feature that the case requests and the device lacks.
+/// write. Returns the picture and the hashes. If the device lacks a feature that the case requests, returns the inner error,
+/// a sentence that names the feature.
 fn render_case(
     args: &Args,
     case: &Case,

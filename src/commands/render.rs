@@ -19,7 +19,7 @@ pub struct Args {
     /// Output file for the picture, .exr or .png; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Number of frames to render; without --accumulate, only the last one is written
+    /// Number of frames to render; only the last one is written, or the mean of all with --accumulate
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub(super) frames: u32,
     /// Write the mean of all frames instead of the last frame
@@ -119,7 +119,8 @@ pub fn run(args: &Args) -> Result<()> {
     ))
 }
 
-/// Writes every file of `--output`, with the mean of the `samples` frames in the renderer's sums, and the report.
+/// Writes every file of `--output` and the file of `--report`. The picture is the mean of the `samples` frames whose
+/// radiance the renderer has added up.
 fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     let sums = session.renderer.sums()?;
     let image = session.picture(&sums, samples, &args.scene.aov)?;
@@ -129,8 +130,8 @@ fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     write_report(session, samples, args.scene.report.as_ref())
 }
 
-/// Writes a JSON report of the run (choices, settings and times) to `path`, the file of `--report`; `None` writes
-/// nothing. `samples` is the number of samples per pixel of the picture, which the report states.
+/// Writes the JSON report of the run (choices, settings and times) to `path`, the file of `--report`; with `None`, writes
+/// nothing. The report states `samples`, the number of samples per pixel of the picture.
 ///
 /// # Errors
 /// The file cannot be written.

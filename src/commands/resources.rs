@@ -5,9 +5,9 @@ use crate::base::out_of_memory::end_with;
 use crate::{Error, Result};
 use signal_hook::consts::{SIGABRT, SIGBUS, SIGSEGV};
 
-/// Starts the threads for all parallel work now, because a thread that cannot be started later causes a panic. From then
-/// on, crashes and panics end the program with one line on stderr and exit status 1; if `RUST_BACKTRACE` is set, they do
-/// what they do in other programs.
+/// Starts the threads for all parallel work now, because a thread that cannot be started later causes a panic. From then on,
+/// crashes and panics end the program with one line on stderr and exit status 1. If `RUST_BACKTRACE` is set, they are not
+/// caught, so that the user gets the backtrace of a panic and the core dump of a crash.
 ///
 /// # Errors
 /// The system refuses the threads or the signal handlers.

@@ -42,7 +42,7 @@ pub enum Command {
     Inspect {
         /// The scene: the name of a procedural scene (see 'headwater scene list'), or a file, .gltf, .glb or .obj
         scene: String,
-        /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
+        /// Options that decide whether a scene may lack image files and may name files outside of its folder
         #[command(flatten)]
         load: LoadArgs,
         /// Print the contents as one JSON object instead of text

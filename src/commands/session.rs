@@ -45,7 +45,7 @@ pub enum Purpose {
     /// The session measures a profile. If the driver supports it, its compiler reports on each shader, and
     /// [`Records::compiled`](crate::gpu::records::Records::compiled) returns these reports.
     Profile,
-    /// The session runs a regression test. The buffers that passes write can be hashed, and
+    /// The session runs a regression test. The device can hash every buffer that a pass writes, and
     /// [`Records::take_outputs`](crate::gpu::records::Records::take_outputs) returns the hashes.
     Regression {
         /// True if the Vulkan validation layers are loaded, with synchronization validation.
@@ -233,9 +233,9 @@ impl Session {
         })
     }
 
-    /// The index of the first frame that must be rendered so that frame `index` is correct. It is 0 if frames depend on
-    /// those before them. If they do not, but the clock runs, it is the index of the previous frame, because motion vectors
-    /// are the difference of two frames. Otherwise it is `index` itself.
+    /// The index of the first frame that must be rendered so that frame `index` is correct. If frames reuse data of earlier
+    /// frames, it is 0. If they do not, but each frame shows the scene at another time, it is the index of the previous
+    /// frame, because motion vectors are the difference of two frames. Otherwise it is `index` itself.
     pub fn first_needed_for(&self, index: u32) -> u32 {
         if self.renderer.has_history() {
             return 0;
@@ -245,8 +245,8 @@ impl Session {
         index - u32::from(runs && index > 0)
     }
 
-    /// Renders frame `index` only so that later frames can reuse it, without adding it to the accumulated sums. If no frame
-    /// reuses another one, this only moves the scene to the time of the frame.
+    /// Renders frame `index` as history (data that later frames reuse), without adding it to the accumulated sums. If frames
+    /// do not reuse data of earlier frames, this renders nothing, and only moves the scene to the time of the frame.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -257,8 +257,8 @@ impl Session {
         Ok(())
     }
 
-    /// Renders frame `index` alone, so that the picture can show it instead of a mean: it is not added to the
-    /// accumulated sums.
+    /// Renders frame `index` alone, so that the picture can show it instead of a mean. It is not added to the accumulated
+    /// sums; with path tracing, it replaces them.
     fn single_frame(&mut self, index: u32) -> Result<()> {
         self.set_clock(index)?;
         let times = self.renderer.single_frame(index)?;
@@ -277,8 +277,8 @@ impl Session {
         self.device.hash_outputs()
     }
 
-    /// Renders frame `index`. If `accumulates` is true, its radiance is added to the sums of the frames before it; otherwise
-    /// it is rendered alone.
+    /// Renders frame `index`. If `accumulates` is true, its radiance is added to the accumulated sums, which hold the frames
+    /// before it. Otherwise it is rendered alone, so that the picture can show it instead of a mean.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -289,8 +289,8 @@ impl Session {
         }
     }
 
-    /// Stores the times of passes, one entry per run, for the report. First runs, which may include compilation, are stored
-    /// separately.
+    /// Stores the times of one frame or submission for the report. `times` has one entry per run of a pass; the times of one
+    /// pass are summed. Passes that ran for the first time, which may include compilation, are stored separately.
     fn keep_times(&mut self, times: Vec<PassTime>) {
         let times = PassTime::by_name(times).into_iter();
         let (first, rest) = times.partition(|time| time.first_run);
@@ -321,8 +321,8 @@ impl Session {
     /// has finished, with fractions, and can end the work by an error.
     ///
     /// # Errors
-    /// The device fails, the scene cannot be rendered at that frame's time, or the errors of `watch`, after which the sums
-    /// are invalid.
+    /// The device fails, the scene cannot be rendered at the time of frame `first`, or the errors of `watch`, after which
+    /// the sums are invalid.
     pub fn add_samples(&mut self, first: u32, samples: u32, watch: &mut Watch<'_>) -> Result<u32> {
         let most = if self.set_clock(first)? {
             1
@@ -368,9 +368,10 @@ impl Session {
         check_messages(&instance.validation_messages())
     }
 
-    /// A description of the run as a JSON object, which `--report` writes. `samples` is the number of samples per pixel of
-    /// the picture. In version 2 of the format, `last_submission` does not contain the first runs of passes, which are in
-    /// `first_runs`.
+    /// The report of the run as a JSON object, which `--report` writes: the scene, the settings, the device, the choices
+    /// with their reasons, times, and memory. `samples` is the number of samples per pixel of the picture. `first_runs`
+    /// holds the time of each pass when it ran for the first time, which may include compilation. `last_submission` holds
+    /// the times in the last submission; since version 2 of the format, it is without first runs.
     ///
     /// # Errors
     /// A setting has no JSON form, which does not happen with finite values.

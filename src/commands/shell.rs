@@ -24,7 +24,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<()> {
     print_part(String::from_utf8_lossy(&text))
 }
 
-/// The command-line arguments of `headwater man`, which select the folder of the pages.
+/// The command-line arguments of `headwater man`, which select the folder for the manual pages.
 #[derive(clap::Args)]
 pub struct ManArgs {
     /// The folder to which the manual pages are written; it must exist

@@ -1,5 +1,5 @@
 //! `statistics`: prints registers, memory and occupancy of every pass, as the driver's compiler reports them, to show
-//! whether a change of shaders made them worse. No shader runs, so the GPU need not be there.
+//! whether a change of shaders made them worse. No shader runs, and some drivers can compile shaders without their GPU.
 
 use super::arguments::check_files;
 use super::choices::{LoadArgs, TracerArg};
@@ -22,7 +22,7 @@ pub struct Args {
     /// The scenes for which passes are compiled: procedural scenes by name, or files, .gltf, .glb or .obj [default: every
     /// procedural scene]
     scenes: Vec<String>,
-    /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
+    /// Options that decide whether a scene may lack image files and may name files outside of its folder
     #[command(flatten)]
     load: LoadArgs,
     /// The method that traces rays; with auto, the passes are compiled for each method that the device supports
@@ -146,10 +146,10 @@ fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
     (&a.driver, &a.device) == (&b.driver, &b.device)
 }
 
-/// One line of text for each value of a pipeline, such as its number of registers, that is worse than the stored value.
-/// `stored` lists the pipelines of the file at `path`. If pipelines have no counterpart there (same pass and tracer, a
-/// common scene and common settings), a note on stderr states their number. If the file has none of this device and
-/// driver, a note says so, and no line is returned.
+/// One line of text for each value of a pipeline, such as its number of registers, that is worse than that of its
+/// counterpart in `stored`, the pipelines of the file at `path`. A counterpart has the same device, driver, pass and tracer,
+/// and at least one scene with the same settings. A note on stderr states how many pipelines have no counterpart. If the
+/// file has no pipeline of this device and driver, a note says so, and there are no lines.
 fn worse(pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Vec<String> {
     let Some(first) = pipelines.first() else {
         return Vec::new();

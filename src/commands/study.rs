@@ -43,7 +43,7 @@ pub struct Args {
     /// The plan, which lists configurations and scenes: the name of one that comes with the program, or a TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
     plan: String,
-    /// Permissions to load a scene although image files are missing, and to open files outside of the scene's folder
+    /// Options that decide whether a scene may lack image files and may name files outside of its folder
     #[command(flatten)]
     load: LoadArgs,
     /// Light from infinitely far away, for all scenes: an image file, .exr or .hdr, or a sky such as sky:sun=40;

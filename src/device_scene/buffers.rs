@@ -34,15 +34,15 @@ macro_rules! declare_contents {
             pub environment_turn: Vec2,
         }
 
-        /// Upper bounds of the sizes of all buffers except `nodes`, in bytes. They are known before any tree is built;
-        /// they decide how shaders access the scene, and a scene that is too large for the device is refused by them.
-        /// `nodes` is 0, because the number of nodes is known only from the trees; unless a mesh has very few
-        /// triangles, its nodes take fewer bytes than its positions.
+        /// An upper bound of the size of each buffer in bytes, which is known before any tree is built. By these bounds the
+        /// program chooses how shaders access the scene, and refuses a scene that is too large for the device. The bound of
+        /// `nodes` is missing (0), because only the trees give the number of nodes. Unless a mesh has very few triangles,
+        /// its nodes take fewer bytes than its positions.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 
         impl BufferBytes {
-            /// The size of each buffer in bytes if the scene has these numbers of elements.
+            /// The bounds for a scene whose numbers of elements are `counts`.
             pub fn of(counts: &ElementCounts) -> Self {
                 Self { $($name: {
                     let count: fn(&ElementCounts) -> u64 = $count;
@@ -110,8 +110,8 @@ macro_rules! declare_contents {
 crate::shader_interface::scene_buffers!(declare_contents);
 
 impl SceneContents {
-    /// Collects the initial contents of all buffers of a scene. The nodes in `epochs` must already include those of the
-    /// meshes' trees, behind those of the trees over the instances.
+    /// Collects the initial contents of all buffers of a scene. The caller must have appended the nodes of the meshes' trees
+    /// to the `nodes` of `epochs`, which begin with the trees over the instances.
     pub(super) fn new(
         materials: Materials,
         light_textures: Vec<GpuLightTexture>,
@@ -146,9 +146,9 @@ impl SceneContents {
 }
 
 impl SceneBuffers {
-    /// The name and the resource of each binding through which shaders of `variant` read the scene: the table, buffers that
-    /// are read as texels, and storage buffers. Buffers that shaders read by address have no binding; the table contains
-    /// their addresses.
+    /// The name and the resource of each binding through which shaders of `variant` (tracer and access to memory) read the
+    /// scene: the uniform buffer with the [`SceneTable`], buffers that are read as texels, and storage buffers. Buffers that
+    /// shaders read by address have no binding; the table contains their addresses.
     pub fn resources(&self, variant: Variant) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = vec![("scene", Resource::Uniform(&self.table))];
         for ((name, buffer), access) in self.named().into_iter().zip(BUFFERS) {
@@ -162,9 +162,9 @@ impl SceneBuffers {
     }
 }
 
-/// True if shaders read the buffer with this name in groups of four 32-bit words; false for other buffers and unknown
-/// names. The [`Fetch`] of a variant decides whether these groups are read as texels or as words, and so which limit of
-/// the device applies to the buffer.
+/// True if shaders read the buffer with this name in groups of four 32-bit words; false for other buffers and unknown names.
+/// The [`Fetch`] of the shader variant decides whether these groups are read from a texel buffer or as words, and so whether
+/// the device's limit of texel buffers applies.
 pub fn is_fetched(name: &str) -> bool {
     name == LIGHT_BVH
         || BUFFERS
@@ -172,8 +172,9 @@ pub fn is_fetched(name: &str) -> bool {
             .any(|b| b.name == name && b.elements.are_words())
 }
 
-/// The usages, besides that as a storage buffer, that the buffer with this name needs for shaders of `variant`: to be
-/// read as texels, or to be an input from which the driver builds acceleration structures.
+/// The usages that the buffer with this name needs, in addition to that as a storage buffer, for shaders of `variant`
+/// (tracer and access to memory): to be read as texels, or to be an input from which the driver builds acceleration
+/// structures.
 pub fn usage(name: &str, variant: Variant) -> Usage {
     Usage {
         texels: is_fetched(name) && variant.fetch == Fetch::Texels,

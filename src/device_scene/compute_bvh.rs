@@ -24,8 +24,9 @@ pub struct Tree {
     /// The nodes. In a node, indices of children count from the start of this array, and indices of primitives from the
     /// start of `order`.
     pub nodes: Vec<CwBvhNode>,
-    /// The primitives (triangles or boxes) in the order of the leaves: for each position, the index of its primitive in
-    /// the input. The primitives are stored in this order on the device, or found through it.
+    /// For each position in the order of the leaves, the index in the input of the primitive (triangle or box) at this
+    /// position. The device stores the triangles of a mesh in this order; for a tree over instances, the buffer
+    /// `top_instances` is made from it.
     pub order: Vec<u32>,
     /// The number of levels of inner nodes, including the root; 1 for a tree without primitives. It decides the size of
     /// the stack that a traversal needs.
@@ -116,8 +117,9 @@ impl Tree {
         Self::balanced(&aabbs(boxes))
     }
 
-    /// Builds the eight-wide tree over boxes from the binary tree of [`halved`], which has the minimum number of
-    /// levels. It is used where the library's builder is too slow or makes a tree that is too deep.
+    /// Builds the eight-wide tree over boxes, those of triangles or of instances, from the binary tree of [`halved`], which
+    /// has the minimum number of levels. It is used where the builder of the library `obvhs` is too slow or makes a tree
+    /// that is too deep.
     fn balanced(boxes: &[Aabb]) -> Self {
         Self::from_built(bvh2_to_cwbvh(&halved(boxes), 1, true, false))
     }
@@ -163,7 +165,8 @@ pub struct BinaryNode {
     /// The index in the array of the first node after this one that is not its descendant. A traversal that skips the
     /// descendants continues there. For a first child, it is the index of the second child.
     pub next: u32,
-    /// For a leaf, the index of its box in the input; NONE for an inner node.
+    /// For a leaf, the index of its box in the input, with which the builder of the light BVH finds the lights in the box;
+    /// NONE for an inner node.
     pub primitive: u32,
 }
 

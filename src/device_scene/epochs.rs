@@ -20,14 +20,14 @@ pub struct EpochContents {
     /// The nodes of the trees over the instances: one tree for the current frame and, if something moves, one for the
     /// previous frame. Later the nodes of the meshes' trees, which do not depend on time, are appended.
     pub nodes: Vec<CwBvhNode>,
-    /// For each leaf of the trees over the instances, in the order of the leaves, the index of the leaf's instance in
-    /// `instances`.
+    /// For each leaf of the trees over the instances, in the order of the leaves: the index in `instances` of the leaf's
+    /// instance. Shaders that traverse a tree find by it which instance a ray meets.
     pub top_instances: Vec<u32>,
-    /// All instances that rays can meet, with their transforms in the current frame and, if something moves, once more with
-    /// those in the previous frame.
+    /// All instances that rays can meet, as shaders read them: with their transforms in the current frame and, if something
+    /// moves, once more with those in the previous frame.
     pub instances: Vec<GpuInstance>,
-    /// All emissive triangles in the device's world space, as they are in the current frame and, if something moves, once
-    /// more as they were in the previous frame.
+    /// All emissive triangles in the device's world space, which shaders draw as lights: as they are in the current frame
+    /// and, if something moves, once more as they were in the previous frame.
     pub lights: Vec<GpuLight>,
     /// All punctual lights, in the device's world space and units, as they are in the current frame and, if something moves,
     /// once more as they were in the previous frame.
@@ -39,10 +39,10 @@ pub struct EpochContents {
 }
 
 impl EpochContents {
-    /// Assembles the contents from one pose (state of the scene at one time) if nothing moves, or from the poses of the
-    /// current and the previous frame. `room` is the number of nodes that are reserved for each pose's tree over the
-    /// instances. The instances refer to the roots of their meshes' trees, whose nodes the caller appends after all
-    /// reserved nodes.
+    /// Assembles the contents of the buffers from one pose (state of the scene at one time) if nothing moves, or from the
+    /// poses of the current and the previous frame. `room` is the number of nodes that are reserved in `nodes` for each
+    /// pose's tree over the instances. The caller appends the nodes of the meshes' trees behind all reserved nodes; the
+    /// instances already refer to them there.
     pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
@@ -107,8 +107,8 @@ pub struct MovingScene {
 /// The result of a change of time: the poses (states of the scene at one time), and which parts of the device's data must
 /// be updated.
 pub struct PoseChange<'a> {
-    /// The pose of the current frame, then the pose of the previous frame. While this guard exists, other threads cannot
-    /// change them. The caller keeps it until the device has been updated.
+    /// The locked poses: that of the current frame, then that of the previous frame. While this guard exists, other threads
+    /// cannot change the poses. The caller keeps the guard until it has written them to the buffers on the device.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
     /// True if the pose that was current is now the previous one, so that its acceleration structure can be reused;
     /// false after a jump in time.
@@ -116,9 +116,9 @@ pub struct PoseChange<'a> {
     /// One flag for the current and one for the previous pose, in this order: true if this change computed the pose
     /// anew, so that its acceleration structure must be rebuilt.
     pub new: [bool; 2],
-    /// For each instance of the original scene, the transform that takes a point of the instance, in the device's world
-    /// space, from its current position to its position in the previous frame. Motion vectors and the reuse of earlier
-    /// samples need it.
+    /// For each instance of the scene (counted before static meshes are merged), the transform that takes a point of the
+    /// instance, in the device's world space, from its current position to its position in the previous frame. Motion
+    /// vectors and the reuse of earlier samples need it.
     pub previous_transforms: Vec<GpuPreviousTransform>,
 }
 
@@ -189,9 +189,9 @@ impl MovingScene {
         Ok((now.time != known).then(|| (now.lights.clone(), now.time)))
     }
 
-    /// For each instance of the original scene, the transform that takes a point of the instance, in the device's world
-    /// space, from its current position to its position in the previous frame. These transforms are the first content
-    /// of the buffer `previous_transforms`, with which shaders find where a point was.
+    /// For each instance of the scene (counted before static meshes are merged), the transform that takes a point of the
+    /// instance, in the device's world space, from its current position to its position in the previous frame. These
+    /// transforms are the first content of the buffer `previous_transforms`, with which shaders find where a point was.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.

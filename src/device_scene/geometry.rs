@@ -230,8 +230,9 @@ impl Geometry {
     }
 }
 
-/// A mesh is stored without a scale if the longest side of its box is at least 1 / `ORDINARY` (2⁻⁴⁰) and below `ORDINARY`
-/// (2⁴⁰), in units of the mesh. Products of two such coordinates stay within the range of f32 without losing digits.
+/// The largest size, in units of the mesh, for which a mesh is stored without a scale. The smallest such size is 1 /
+/// `ORDINARY`; the size is the longest side of the mesh's box. Products of two such coordinates neither exceed the range of
+/// f32 nor are so small that they lose digits.
 const ORDINARY: f32 = (1_u64 << 40) as f32;
 
 /// The length, in units of the mesh, that is stored as 1. It is 1 for most meshes. For a mesh of extreme size ([`ORDINARY`])
@@ -243,7 +244,8 @@ fn unit_of(extent: f32) -> f32 {
     power_of_two(extent.clamp(f32::MIN_POSITIVE, f32::MAX).into()) as f32
 }
 
-/// The smallest and the largest coordinates of the positions; both are zero if there are no positions.
+/// The smallest and the largest x, y and z of a mesh's positions, for its bounding box; both are zero if there are no
+/// positions.
 fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     positions
         .map(|p| (p, p))

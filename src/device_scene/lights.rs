@@ -39,9 +39,11 @@ pub struct LightSources {
 /// for shaders, and the light BVH is built from them.
 #[derive(Clone, Default)]
 pub struct Lights {
-    /// The emissive triangles in the device's world space, in the order in which shaders index them.
+    /// The emissive triangles in the device's world space, in the order of [`LightSources::emitter_triangles`], which
+    /// shaders index.
     pub triangles: Vec<GpuLight>,
-    /// The punctual lights in the device's world space.
+    /// The punctual lights in the device's world space, in the order of the scene. Their indices follow those of the
+    /// triangles.
     pub punctual: Vec<GpuPunctualLight>,
     /// The alias table that selects a light in proportion to its power. In the fraction [`UNIFORM_FRACTION`] of draws, all
     /// lights that have power are equally likely instead. The table has one column per light of all kinds: triangles, then
@@ -62,7 +64,8 @@ pub struct Lights {
     /// scaled down so that their sum is at most the sum of the powers of all other lights.
     pub powers: Vec<f64>,
     /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance; 0
-    /// if none of them has power. The light that a pixel's pilot (its first BSDF ray) finds is measured relative to it.
+    /// if none of them has power. Shaders divide the light that a pixel's pilot (its first BSDF ray) finds by it. Where this
+    /// relative brightness is high, a pixel gets more light candidates.
     pub mean_luminance: f32,
 }
 

@@ -14,8 +14,8 @@ use glam::Vec3;
 pub struct Materials {
     /// One entry per material of the scene, in the same order. Its textures are indices into `textures`, or NONE.
     pub materials: Vec<GpuMaterial>,
-    /// One entry for each use of an image by a material: the place of the image, the transform of texture coordinates, and
-    /// the wrap modes.
+    /// One entry for each use of an image by a material, by which shaders read the texels: the index of the image or of its
+    /// first texel, its size, the transform of texture coordinates, and the wrap modes.
     pub textures: Vec<GpuTexture>,
     /// For each material, the index of its emissive texture in `textures`; NONE for a material without one.
     /// [`Materials::of_lights`] copies it to each emissive triangle.
@@ -28,8 +28,8 @@ pub struct Materials {
 
 impl Materials {
     /// Converts the materials of a scene. `radiance` is the radiance, in the scene's unit, that is stored as 1 on the
-    /// device. `read` is the access of shaders to texels. It decides whether [`GpuTexture::index`] is the index of an image
-    /// or of its first texel.
+    /// device. `read` states whether shaders read textures from images or from a buffer. Accordingly, [`GpuTexture::index`]
+    /// is the index of an image, or that of the image's first texel in the buffer.
     pub fn of(scene: &Scene, radiance: f64, read: Textures) -> Self {
         let has_textures = scene.materials.iter().any(|m| m.textures().count() > 0);
         let mut texels: Vec<u32> = if has_textures {
@@ -81,8 +81,9 @@ impl Materials {
         }
     }
 
-    /// One entry per emissive triangle, in the same order: the texture coordinates of its corners, and the index of its
-    /// emissive texture in `textures`, or NONE without one. With it, shaders compute the emission at a point of the light.
+    /// One entry per emissive triangle, in the order of `emitters`: the texture coordinates of its corners, and the index of
+    /// its emissive texture in `textures`, or NONE if it has none. From this, shaders compute the emission at a point of the
+    /// light.
     pub fn of_lights(&self, emitters: &[EmitterTriangle]) -> Vec<GpuLightTexture> {
         let laid = emitters.iter().map(|emitter| {
             let [a, b, c] = emitter.uvs;

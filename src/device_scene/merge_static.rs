@@ -86,7 +86,9 @@ pub struct ElementCounts {
     /// The number of texels of all images together, from which the size of the buffer `texels` follows if shaders read
     /// textures from it.
     pub texels: u64,
-    /// The number of emissive triangles in the world; a triangle of a mesh counts once for each instance of the mesh.
+    /// The number of emissive triangles in the world, which is the number of entries in the buffer `lights` for each epoch
+    /// (the current and, if something moves, the previous frame). A triangle of a mesh counts once for each instance of the
+    /// mesh.
     pub triangle_lights: u64,
     /// True if a material that emits at some time has an emissive texture. The texture coordinates of all emissive triangles
     /// are then stored.

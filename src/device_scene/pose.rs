@@ -19,18 +19,21 @@ use std::collections::HashMap;
 pub struct ScenePoser {
     units: Units,
     instances: Vec<TracedInstance>,
-    /// Maps the index of an instance in the original scene, by which the motion names it, to its index in `instances`.
-    /// Instances whose meshes are merged into larger meshes never move, and are not in the map.
+    /// The index in `instances` of each instance of the original scene; the key is the index in the original scene. The
+    /// poses of moving instances give original indices, and are looked up in this map. Instances whose meshes are merged
+    /// into larger meshes never move, and are not in the map.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
     trees: bool,
-    /// The maximum number of levels of the tree over the instances. The stack of compiled shaders has a fixed size, which a
-    /// deeper tree would exceed. `u32::MAX` (no limit) until [`ScenePoser::limit_depth`] sets it.
+    /// The maximum number of levels of the tree over the instances. Compiled shaders traverse the tree with a stack of fixed
+    /// size, and a deeper tree would exceed it. The value is `u32::MAX` (no limit) until [`ScenePoser::limit_depth`] sets
+    /// it.
     max_depth: u32,
 }
 
-/// An instance of the traced scene, that is, after static meshes are merged. From the transform that it has without motion,
-/// and from data that do not change with time, each pose computes its entry in the device's array of instances.
+/// An instance of the traced scene, that is, after static meshes are merged, with the data from which each pose computes the
+/// instance's entry in the device's array of instances. These data are the transform that the instance has without motion,
+/// and what does not change with time.
 struct TracedInstance {
     object_to_world: DAffine3,
     mesh: MeshOffsets,
@@ -42,10 +45,11 @@ struct TracedInstance {
 /// frame and, if something moves, that of the previous frame.
 #[derive(Clone)]
 pub struct ScenePose {
-    /// The time of the pose in seconds.
+    /// The time of the pose in seconds. If the device already has the pose of a wanted time, it is not computed again.
     pub time: f64,
-    /// All traced instances (after static meshes are merged) with their transforms. `root_node` is an index into
-    /// [`Geometry::nodes`]. In the device's buffer, the trees over the instances stand before these nodes.
+    /// All traced instances (after static meshes are merged) with their transforms. `root_node` is the index of the mesh's
+    /// root in [`Geometry::nodes`]. In the device's buffer, the trees over the instances come first, so the number of
+    /// entries before the meshes' nodes is added to this index when the instances are uploaded.
     pub instances: Vec<GpuInstance>,
     /// The indices in `instances` of all instances that rays can hit; only these are in the tree or the acceleration
     /// structure. An instance is left out if its transform flattens it to a plane, a line or a point.

@@ -15,8 +15,8 @@ const FRACTION: f64 = 1.0 / 96.0;
 /// rare in a scene whose emitters have similar powers.
 const PART: f64 = 1.0 / 8.0;
 
-/// The ratio of the smaller to the larger of two powers above which they count as equal, because the areas of emitters are
-/// rounded. Of emitters with equal power, either all are rare or none is.
+/// The minimum ratio of the smaller to the larger of two powers at which the powers count as equal, because the areas of
+/// emitters are rounded. Of emitters with equal power, either all are rare or none is.
 const SAME: f64 = 1.0 - 1e-6;
 
 /// The classification of a scene's lights into rare lights (far dimmer than the others) and ordinary ones. Two tables of
@@ -75,8 +75,9 @@ impl RareLights {
     }
 
     /// One weight per light, in proportion to which the separate candidates of rare lights select the light; 0 for a light
-    /// that is not rare. The weights of the lights of one rare emitter are in proportion to their current `powers`. They add
-    /// up to 1, or are all 0 if the emitter has no power now and another rare emitter has.
+    /// that is not rare. The weights of one emitter's lights are in proportion to their current `powers` and add up to 1, so
+    /// that all emitters are equally likely. They are all 0 for an emitter without power now, unless no rare emitter has
+    /// power; all lights of an emitter then have the same weight.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
@@ -88,9 +89,9 @@ impl RareLights {
         fractions.collect()
     }
 
-    /// One weight per light. If `rare` is true, the weight of a rare light is its power, and that of an ordinary light is 0.
-    /// If `rare` is false, the weight of an ordinary light is its power, and that of a rare light is 0. But if all weights
-    /// would be 0, the lights whose weight is their power get the weight 1.
+    /// One weight per light, for draws among the rare lights only (`rare` is true) or among the ordinary lights only (`rare`
+    /// is false). The weight of a light of the chosen kind is its entry in `powers`, and that of any other light is 0. If no
+    /// light of the chosen kind has power, each of them has the weight 1 instead, so that some light can be drawn.
     fn weights_among(&self, powers: &[f64], rare: bool) -> Vec<f64> {
         let lights = || self.is_rare.iter().zip(powers);
         let is_lit = lights().any(|(is_rare, power)| *is_rare == rare && *power > 0.0);
@@ -103,8 +104,8 @@ impl RareLights {
     }
 }
 
-/// The sums of `values`, such as powers, for `count` emitters. Each value belongs to the emitter whose index is at the same
-/// place in `emitters`.
+/// The sum of the `values`, such as powers, of each of `count` emitters. A value belongs to one light, and `emitters` has
+/// the index of the light's emitter at the same place.
 fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
     for (value, emitter) in values.iter().zip(emitters) {

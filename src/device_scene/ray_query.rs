@@ -80,8 +80,9 @@ impl RayQueryScene {
         &self.tops[previous]
     }
 
-    /// Begins a new frame: the current top-level structure becomes that of the previous frame. The other structure becomes
-    /// current, and the caller must rebuild it with the new transforms.
+    /// Begins a new frame of a scene that moves: the current top-level structure becomes that of the previous frame. The
+    /// other structure becomes current, and the caller must rebuild it with the new transforms. Without motion, there is
+    /// only one structure, and the call has no effect.
     pub fn advance(&self) {
         let next = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         self.current.store(next, Ordering::Relaxed);

@@ -38,8 +38,9 @@ pub struct GpuScene {
     /// The features of shading that the scene needs, such as textures or alpha. Shaders leave out the code of other
     /// features.
     pub requirements: Requirements,
-    /// The number of elements of each kind that the scene has on the device, such as triangles, materials and lights. Among
-    /// lights of all kinds, those with an index below the number of emissive triangles are such triangles.
+    /// The number of elements of each kind that the scene has on the device, such as triangles, materials and lights. In
+    /// indices of lights of all kinds, the emissive triangles come first, so a light with an index below
+    /// [`ElementCounts::triangle_lights`] is one of them.
     pub counts: ElementCounts,
     /// The size, in entries, of the stack with which a compute shader traverses the trees. It is a multiple of 8, so that
     /// scenes with similar trees share compiled shaders.
@@ -216,9 +217,9 @@ impl GpuScene {
         }
     }
 
-    /// The lights as they are in the current pose, and the time of this pose in seconds, so that the caller can update data
-    /// that depend on lights. `known` is the time of the lights that the caller has already. Returns `None` if it is the
-    /// time of the pose, or if no instance and no light changes with time.
+    /// The lights as they are in the current pose, and the time of this pose in seconds. Callers use them to update data
+    /// that depend on lights. `known` is the time of the lights that the caller has already. The result is `None` if the
+    /// pose has the same time as these, or if no instance and no light changes with time.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -236,8 +237,8 @@ impl GpuScene {
     }
 
     /// Draws `count` points on the surfaces in the current pose, uniformly by area, in the device's units. The light BVH
-    /// chooses its scale from such points. The published form of the hash grid is filled with reservoirs at such points. The
-    /// result is empty if the surfaces have no area.
+    /// chooses its scale from such points. The hash grid (reservoirs of direct light in cells of space) is filled at them
+    /// with the setting `hash_grid.mode=published`. The result is empty if the surfaces have no area.
     ///
     /// # Errors
     /// The buffers cannot be read from the device.
@@ -260,8 +261,9 @@ impl GpuScene {
         self.moving.is_some()
     }
 
-    /// The index, in the buffer `nodes`, of the root of the tree over the instances of the previous frame, at which rays
-    /// through the scene of that frame begin. It is 0, the root of the current frame's tree, if nothing moves.
+    /// The index, in the buffer `nodes`, of the root of the tree over the instances of the previous frame. A compute shader
+    /// that traces rays through the scene of that frame starts there. It is 0, the root of the current frame's tree, if
+    /// nothing moves.
     pub fn previous_root(&self) -> u32 {
         self.moving.as_ref().map_or(0, |moving| moving.room as u32)
     }

@@ -1,6 +1,7 @@
-//! The choice of the shader variant for a scene on a device: how shaders trace rays (tracer), read the scene's buffers
-//! (geometry access and fetch) and read textures. Rules decide it from the device and the sizes of the scene, never from a
-//! timing, so that a command always makes the same choice on the same machine.
+//! The choice of the shader variant for a scene on a device. A variant states how shaders trace rays (tracer), access
+//! buffers (by bindings or by address), read groups of four words (as texels or as words), and read textures. Rules choose
+//! it from the device and the sizes of the scene, never from a timing, so that a command always makes the same choice on the
+//! same machine.
 
 use super::buffers::is_fetched;
 use super::sizes::SceneSizes;
@@ -61,9 +62,11 @@ const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device"
 /// Without requests, these rules hold. Rays are traced by ray queries if the device has them, but a CPU device traces in
 /// compute, because its ray queries are much slower. Buffers are accessed by address if the device allows it, because the
 /// size of a bound buffer is limited. Drivers on which addresses were measured to be slow (by the processor time of path
-/// tracing `cornell-glossy` and `night-city`) are an exception: they use bindings, if these can hold each buffer of the
-/// scene. Where buffers are accessed by address, textures are read from images if the device can sample all of them. A CPU
-/// device reads them from a buffer, which is faster there, unless the texels are too large for one buffer.
+/// tracing `cornell-glossy` and `night-city`) are an exception: they use bindings, if a binding can hold each buffer that is
+/// not read as texels. Data in groups of four words are read as texels, unless a texel buffer can hold less than a binding
+/// or, on a device with buffer addresses, less than the scene needs. Where buffers are accessed by address, textures are
+/// read from images if the device can sample all of them. A CPU device reads them from a buffer, which is faster there,
+/// unless the texels are too large for one buffer.
 ///
 /// # Errors
 /// A request cannot be met: ray queries or buffer addresses on a device without them, storage buffers for a scene that is

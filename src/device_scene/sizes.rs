@@ -37,7 +37,8 @@ const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
 pub struct SceneSizes {
     /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
     pub triangles: u64,
-    /// The number of emissive triangles in the world; a triangle counts once for each instance of its mesh.
+    /// The number of emissive triangles in the world, which must not exceed 2²⁹, the number that a reservoir can index. A
+    /// triangle counts once for each instance of its mesh.
     pub triangle_lights: u64,
     /// An upper bound of each buffer's size in bytes. The buffer of the trees' nodes counts as 0, because the number of
     /// nodes is not known before the trees are built.

@@ -1,5 +1,5 @@
-//! Random points on the surfaces of a scene, uniform by area. The light BVH chooses the scale of its boxes from such points,
-//! and the hash grid can fill its cells with reservoirs at them.
+//! Random points on the surfaces of a scene, uniform by area. The light BVH chooses the scale of its boxes from such points.
+//! The hash grid (reservoirs of direct light in cells of space) can fill its cells at them.
 
 use crate::base::random::Random;
 use crate::shader_interface::GpuInstance;

@@ -19,8 +19,8 @@ pub struct Units {
     pub radiance: f64,
 }
 
-/// The largest power of two that a coordinate on the device may reach. Coordinates that are no powers of two may be larger,
-/// but stay below twice this value. Their squares are then within the range of f32.
+/// The limit for coordinates on the device, by which the unit of length is chosen: coordinates stay below twice this power
+/// of two. The squares of coordinates are then within the range of f32.
 const FARTHEST: f64 = (1_u64 << 50) as f64;
 
 impl Units {

@@ -27,8 +27,8 @@ pub struct BlasGeometry<'a> {
     pub first_triangle: u32,
     /// Number of triangles of the mesh, which are consecutive in `positions`.
     pub triangle_count: u32,
-    /// True if every intersection is a hit, so that the shader need not look at it. Otherwise the shader accepts or rejects
-    /// each intersection, for example by its alpha.
+    /// True if every intersection is a hit, so that the shader need not check the intersection. Otherwise the shader accepts
+    /// or rejects each intersection, for example by its alpha.
     pub opaque: bool,
 }
 
@@ -111,8 +111,8 @@ impl AccelerationStructure {
         self.buffer.size()
     }
 
-    /// Makes a structure with memory for up to `capacity` triangles or instances. It has no content until [`Self::fill`]
-    /// builds it.
+    /// Makes a structure with memory for up to `capacity` triangles or instances. `build` states whether it is a
+    /// bottom-level or a top-level structure. The structure has no content until [`Self::fill`] builds it.
     fn make(device: &Arc<Device>, name: &str, build: Build<'_>, capacity: u32) -> Result<Self> {
         let functions = functions(device)?;
         let sizes = build.sizes(functions, capacity);
@@ -237,8 +237,9 @@ impl Build<'_> {
     }
 }
 
-/// Makes a buffer on the device with the instances in the layout that a build reads (`VkAccelerationStructureInstanceKHR`).
-/// The top-level structure keeps nothing of it, so it is freed after the build. `name` is that of the structure.
+/// Makes a buffer on the device with the instances, in the layout that a build of a top-level structure reads
+/// (`VkAccelerationStructureInstanceKHR`). Only the build uses the buffer, so the caller frees it after the build. `name` is
+/// the name of the structure, from which the buffer's own name is made.
 fn instance_buffer(
     device: &Arc<Device>,
     name: &str,

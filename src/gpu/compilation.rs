@@ -26,8 +26,8 @@ pub(super) struct Compilation {
 }
 
 impl Compilation {
-    /// Starts a thread that makes a program from the shader and the values in `source`. If no thread can be started, the
-    /// program is made before the call returns.
+    /// Starts a thread that makes a program from `source`, which has the shader and the values of its specialisation
+    /// constants. If no thread can be started, the program is made before the call returns.
     pub(super) fn start(device: &Arc<Device>, source: Source) -> Self {
         let source = Arc::new(source);
         let make = |device: &Arc<Device>, source: &Source| {

@@ -45,9 +45,9 @@ fn id_of_function(function: &Function) -> Option<Word> {
     function.def.as_ref()?.result_id
 }
 
-/// The labels of all blocks that can be reached, in all functions of the module. `constants` maps the ids of constants to
-/// their words. Each function that always returns the same word is added to it, as the function's id and this word, because
-/// its callers may then reach fewer blocks.
+/// The labels of all blocks, in all functions of the module, that may run if their function is called; the caller empties
+/// all others. `constants` maps the ids of constants to their words. The search adds to this map the id of each function
+/// that always returns the same word, together with this word, because fewer blocks may then run in the function's callers.
 fn reached_blocks(functions: &[Function], constants: &mut HashMap<Word, u32>) -> HashSet<Word> {
     loop {
         let mut live = HashSet::new();
@@ -90,14 +90,15 @@ fn whole_variables(function: &Function) -> HashSet<Word> {
 /// vary. A branch whose condition is a known word reaches only one of its targets.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
-    /// The value is this 32-bit word in every invocation; booleans are 0 or 1.
+    /// The value is known: it is this 32-bit word in every invocation, where booleans are 0 or 1. Code can be removed if a
+    /// branch depends on it.
     Word(u32),
     /// The value may differ between invocations, or cannot be computed before the shader runs.
     Varies,
 }
 
-/// What is known about a value that can be any of several `values`: their word if it is the same for all, otherwise
-/// [`Known::Varies`]. `None` if there are no values.
+/// What is known about a value that is always equal to one of several `values`, such as the result of a phi. It is their
+/// common word if all have the same one, and otherwise [`Known::Varies`]. `None` if there are no values.
 fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     let first = values.next()?;
     Some(match values.all(|other| other == first) {
@@ -106,22 +107,23 @@ fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     })
 }
 
-/// The blocks of one function that can be reached, and what is known about the values in them. All other blocks of the
-/// function are emptied.
+/// The blocks of one function that may run if the function is called, and what is known about the values in them. All other
+/// blocks of the function are emptied.
 struct Reached<'a> {
     constants: &'a HashMap<Word, u32>,
-    /// Ids of the values that instructions of the function compute, reached or not. Nothing is known about such a value
-    /// until its instruction is reached; other values that are not constants always vary.
+    /// Ids of the values that instructions of the function compute, whether the instructions are reached or not. Nothing is
+    /// known about such a value until its instruction is reached. Values that are not in this set and not constants are
+    /// always [`Known::Varies`].
     own: HashSet<Word>,
     /// Ids of the function's variables that are only loaded and stored as a whole, as [`whole_variables`] finds them.
     variables: HashSet<Word>,
-    /// What is known about each value that was reached and about the content of each of the `variables`, by id. An id is
+    /// What is known, by id, about the values of instructions and about the content of each of the `variables`. An id is
     /// missing until its instruction, or a store to the variable, is reached.
     known: HashMap<Word, Known>,
-    /// Labels of the blocks that were reached.
+    /// Labels of the blocks that may run, as far as the search has found them.
     blocks: HashSet<Word>,
-    /// The edges of the control flow that were reached: pairs of the label of a block and the label of its successor. A phi
-    /// takes only values that arrive over such edges.
+    /// The jumps between blocks that may be taken, as far as the search has found them: pairs of the label of a block and
+    /// the label of its successor. A phi takes only values that arrive by such a jump.
     edges: HashSet<(Word, Word)>,
 }
 
@@ -186,8 +188,8 @@ impl<'a> Reached<'a> {
     }
 
     /// What is known about an operand of an instruction: the word of a constant, or what was found for a value of this
-    /// function. Literals, parameters and all other values vary. `None` for a value of this function whose instruction was
-    /// not reached yet.
+    /// function. It is [`Known::Varies`] for literals, parameters and all other values. `None` if the instruction that
+    /// computes the value was not reached yet.
     fn operand(&self, operand: &Operand) -> Option<Known> {
         let Operand::IdRef(id) = operand else {
             return Some(Known::Varies);
@@ -200,7 +202,8 @@ impl<'a> Reached<'a> {
     }
 
     /// What is known about the result of an instruction in the block with the label `here`. `None` if nothing is known yet:
-    /// for a phi of which no input was reached, and for a load of a tracked variable to which no store was reached.
+    /// for a phi none of whose inputs has a known value on a reached edge, and for a load of a tracked variable to which no
+    /// store was reached.
     fn evaluate(&self, instruction: &Instruction, here: Word) -> Option<Known> {
         let operands = &instruction.operands;
         let operation = instruction.class.opcode;
@@ -245,7 +248,7 @@ impl<'a> Reached<'a> {
         Some(folded.map_or(Known::Varies, Known::Word))
     }
 
-    /// What is known about the value that the function returns. `None` if no block that was reached returns a value.
+    /// What is known about the value that `function` returns. `None` if none of its blocks that may run returns a value.
     fn returned(&self, function: &Function) -> Option<Known> {
         let blocks = function.blocks.iter();
         let live = blocks.filter(|block| label_of(block).is_some_and(|l| self.blocks.contains(&l)));

@@ -66,7 +66,8 @@ pub struct Device {
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
     /// Lock that is held while the queue is used, because Vulkan allows only one thread at a time to use it.
     pub(super) queue_lock: Mutex<()>,
-    /// Recorders (command buffers with fence and timestamps) whose commands have finished. Later recordings reuse them.
+    /// Recorders (command buffers with fence and timestamps) that no recording uses, because their commands have finished.
+    /// Later recordings reuse them.
     pub(super) idle: Mutex<Vec<Recorder>>,
     /// Submissions that no caller has waited for yet, the oldest first. Their commands may still run.
     pub(super) running: Mutex<VecDeque<Submission>>,

@@ -66,8 +66,8 @@ pub struct DeviceInfo {
     pub vulkan: String,
     /// True if compute shaders can trace rays in acceleration structures by ray queries, as the tracer `ray-query` does.
     pub ray_query: bool,
-    /// True if buffers have device addresses. Shaders access a buffer by its address without a binding, so that the limit on
-    /// the size of a bound buffer does not apply.
+    /// True if the device can give buffers addresses. In variants that use them, shaders access a buffer by its address
+    /// without a binding, so that the limit on the size of a bound buffer does not apply.
     pub buffer_addresses: bool,
     /// True if buffers can get the same addresses again when a capture is replayed. If it is false, captured frames use no
     /// addresses.
@@ -95,14 +95,15 @@ pub struct DeviceInfo {
     /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels. It limits the size of trees
     /// and other data that are read so.
     pub max_texels: u32,
-    /// The maximum number of images and buffers together that one pass can bind if it samples images. If a scene has too
-    /// many images for this limit, all its textures are stored in one buffer instead of images.
+    /// The maximum number of images that one pass can bind. Its buffers may count as well, so some of the number is kept
+    /// free for them. If a scene has too many images for this limit, all its textures are stored in one buffer instead of
+    /// images.
     pub max_sampled_images: u32,
     /// The maximum width and height of an image, in texels. If a texture is larger, all textures of the scene are stored in
     /// one buffer instead of images, or refused if the user has requested images.
     pub max_image_side: u32,
-    /// The maximum size of one buffer in bytes: the maximum size of one memory allocation. A scene that needs a larger
-    /// buffer is refused.
+    /// The maximum size of one buffer or image in bytes, which is the driver's limit for one allocation of memory. A scene
+    /// that needs a larger buffer is refused.
     pub max_buffer_size: u64,
     /// Total size of the device-local memory in bytes, including memory that is in use. A scene or a picture that needs more
     /// is refused.
@@ -111,7 +112,8 @@ pub struct DeviceInfo {
     /// without such a limit. With a limit, a dispatch of the path tracer computes fewer samples, and each frame is checked
     /// for loops that were ended.
     pub loop_turns: Option<u32>,
-    /// The driver, if it is one of those that need special treatment; otherwise [`DriverKind::Other`].
+    /// The driver, if it needs special treatment, for example because it is slower with buffer addresses than with bindings;
+    /// otherwise [`DriverKind::Other`].
     #[serde(skip)]
     pub driver_kind: DriverKind,
     /// The reason why Headwater cannot use the device, such as `it has no compute queue`; `None` if Headwater can use it.

@@ -12,14 +12,14 @@ use std::sync::{Arc, RwLock, RwLockReadGuard, RwLockWriteGuard};
 /// device meanwhile.
 static LISTS: RwLock<()> = RwLock::new(());
 
-/// Permission to let the Vulkan loader search its lists of instances and devices, held while an object is given a name.
-/// Several threads can hold it at the same time.
+/// Locks [`LISTS`] for reading, while an object is given a name. The Vulkan loader then searches its lists of instances and
+/// devices. Several threads can hold the lock for reading at the same time, but none can then open or close a device.
 pub(super) fn walk_lists() -> RwLockReadGuard<'static, ()> {
     LISTS.read().unwrap_or_else(|e| e.into_inner())
 }
 
-/// Exclusive permission to let the Vulkan loader change its lists of instances and devices, held while an instance or a
-/// device is opened or closed.
+/// Locks [`LISTS`] for writing, while an instance or a device is opened or closed. The Vulkan loader then changes its lists
+/// of instances and devices. No other thread can hold the lock at the same time.
 pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
     LISTS.write().unwrap_or_else(|e| e.into_inner())
 }
@@ -45,7 +45,8 @@ pub(super) struct Surfaces {
 /// The purposes for which a Vulkan instance is made. They decide which layers and extensions it loads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InstanceOptions {
-    /// Loads the Khronos validation layer, with synchronization validation. It is an error if the layer is not installed.
+    /// Loads the Khronos validation layer, with synchronization validation. It checks the use of Vulkan, and its messages,
+    /// except allowed ones, make the command or the test fail. It is an error if the layer is not installed.
     pub validation: bool,
     /// Enables headless surfaces (surfaces without a window), to which pictures are presented for capture tools. It has no
     /// effect if Vulkan lacks such surfaces.

@@ -40,13 +40,16 @@ pub enum Resource<'a> {
 /// resource to the binding of the same name in the shader. The macro [`bindings!`](crate::bindings) declares structures that
 /// implement this trait.
 pub trait Bindings<'a> {
-    /// Pairs of binding name and resource that the shader must use. If the shader's code, before specialisation, uses no
-    /// binding of one of these names, [`Recording::pass`](super::Recording::pass) returns an error.
+    /// The resources that the shader must use, each with the name of its binding.
+    /// [`Recording::pass`](super::Recording::pass) returns an error if the shader's code does not use a binding of one of
+    /// these names. Code that specialisation removes counts too; a binding that only such code uses is not an error, and
+    /// nothing is bound to it.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
-    /// Pairs of binding name and resource that the shader may use: those of the groups `[offers …]` and of the optional
-    /// buffers of [`bindings!`](crate::bindings). A resource is bound only if the specialised shader uses a binding of its
-    /// name, so that one list can serve shaders with different settings. Without such groups and buffers, the list is empty.
+    /// The resources that the shader may use, each with the name of its binding. A resource is bound only if the specialised
+    /// shader uses a binding of its name, so that one list can serve shaders with different settings. In a structure of
+    /// [`bindings!`](crate::bindings), these are the resources of `[offers …]` and `[optional …]`; without such entries, the
+    /// list is empty.
     fn offered(&self) -> Vec<(&'static str, Resource<'a>)> {
         Vec::new()
     }
@@ -54,9 +57,9 @@ pub trait Bindings<'a> {
 
 /// Declares a structure whose fields are the resources for one run of a pass
 /// ([`Recording::pass`](crate::gpu::Recording::pass)). `read NAME`, `write NAME` and `uniform NAME` are buffers that the
-/// shader must use. `[offers NAME: GROUP]` is a reference to a `GROUP`, whose method `resources` returns further resources
-/// with their names; those whose names the specialised shader uses are bound. `[optional read NAME]` is a buffer that may be
-/// `None` if the specialised shader does not use its binding.
+/// shader must use. `[offers NAME: GROUP]` is a reference to a value of the type `GROUP`, whose method `resources` returns
+/// named resources. Each of them is bound only if the specialised shader uses a binding of its name. `[optional read NAME]`
+/// is a buffer that may be `None` if the specialised shader does not use its binding.
 #[macro_export]
 macro_rules! bindings {
     ($(#[$meta:meta])* pub struct $name:ident {
@@ -95,8 +98,9 @@ macro_rules! bindings {
 pub struct ComputePass {
     pub(super) device: Arc<Device>,
     pub(super) compilation: Compilation,
-    /// Names of the bindings that the shader's code uses before specialisation. If a required resource has another name,
-    /// [`Recording::pass`](super::Recording::pass) returns an error.
+    /// Names of the bindings that the code of the shader uses, before specialisation removes parts of it.
+    /// [`Recording::pass`](super::Recording::pass) returns an error if a resource of [`Bindings::own`] has none of these
+    /// names. The specialised shader may use fewer bindings.
     declared: Vec<String>,
     /// Size of the push constants in bytes; 0 if the shader has none. [`Recording::pass`](super::Recording::pass) returns an
     /// error if it is given push constants of another size.
@@ -114,8 +118,8 @@ impl ComputePass {
     /// value as a 32-bit word (a boolean is 0 or 1); specialisation constants without a pair keep their defaults.
     ///
     /// # Errors
-    /// `words` are not SPIR-V, `constants` has two values for one id, or a binding of the shader has no name or no number in
-    /// descriptor set 0.
+    /// `words` are not SPIR-V, `constants` has two values for one id, or a binding that the shader's code uses has no name,
+    /// no binding number, or another descriptor set than 0.
     pub fn new(
         device: &Arc<Device>,
         name: &str,
@@ -130,8 +134,8 @@ impl ComputePass {
     /// array. The other arguments have the same meaning as in [`Self::new`].
     ///
     /// # Errors
-    /// `words` are not SPIR-V, `constants` has two values for one id, or a binding of the shader has no name or no number in
-    /// descriptor set 0.
+    /// `words` are not SPIR-V, `constants` has two values for one id, or a binding that the shader's code uses has no name,
+    /// no binding number, or another descriptor set than 0.
     pub fn with_images(
         device: &Arc<Device>,
         name: &str,
@@ -175,8 +179,9 @@ impl ComputePass {
         &self.name
     }
 
-    /// True at the first call and false at all later ones. [`Recording::pass`](super::Recording::pass) calls it once per run
-    /// of the pass. The times of first runs are marked in this way, because some drivers still compile during a first run.
+    /// True if the pass has not run before. The call itself counts as a run, so [`Recording::pass`](super::Recording::pass)
+    /// calls this function exactly once per run. Times of first runs are marked by it, because some drivers still compile
+    /// during a first run.
     pub(super) fn is_first_run(&self) -> bool {
         !self.has_run.swap(true, Ordering::Relaxed)
     }

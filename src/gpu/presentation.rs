@@ -25,7 +25,8 @@ pub struct Presentation {
     surface: vk::SurfaceKHR,
     swapchain: vk::SwapchainKHR,
     images: Vec<vk::Image>,
-    /// The fence that the driver signals when the acquired image may be written.
+    /// The fence that the driver signals when the swapchain image of the next picture may be written. [`Self::present`]
+    /// waits for it before it copies the picture.
     acquired: vk::Fence,
     size: (u32, u32),
     begins_with_blue: bool,

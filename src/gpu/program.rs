@@ -72,7 +72,8 @@ impl Program {
         Ok(program)
     }
 
-    /// Makes the layouts of the descriptor set and of the pipeline.
+    /// Makes the Vulkan layouts of descriptor set 0, with the bindings of the program, and of the pipeline, with this set
+    /// and the push constants of `source`.
     fn lay_out(&mut self, source: &Source) -> std::result::Result<(), vk::Result> {
         let bindings: Vec<_> = (self.bindings.iter())
             .map(|b| {
@@ -107,9 +108,9 @@ impl Program {
         Ok(())
     }
 
-    /// Makes the pipeline of the pass `name` from SPIR-V words, and adds the driver's result (compile time and report) to
-    /// the device's records. A device that only compiles does not compile the same words twice for one pass name: it adds
-    /// the earlier result to the records again, and makes no pipeline.
+    /// Makes the pipeline of the pass `name` from the SPIR-V `words`, and adds the driver's result (compile time and report)
+    /// to the device's records. A device that only compiles makes no pipeline if it has compiled the same words for the same
+    /// name before. It then adds the earlier result to the records once more.
     fn compile(&mut self, name: &str, words: &[u32]) -> std::result::Result<(), vk::Result> {
         let device = &self.device;
         device.records.note_shader(size_of_val(words) as u64);

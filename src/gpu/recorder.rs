@@ -69,8 +69,8 @@ impl Recorder {
         Ok(())
     }
 
-    /// Resets the command buffer, the fence and the queries, and begins to record. The commands of the previous use must
-    /// have finished.
+    /// Resets the command buffer, the fence and the queries, and begins to record new commands. The commands that were
+    /// submitted with this recorder before must have finished.
     pub(super) fn begin(&self, raw: &ash::Device) -> Result<(), vk::Result> {
         // SAFETY: an idle recorder's commands are not running.
         unsafe {
@@ -106,14 +106,16 @@ impl Recorder {
 pub struct PassTime {
     /// Name of the pass or of another timed region, such as `present`.
     pub name: String,
-    /// Time on the device from the start to the end of the run, in milliseconds. In a sum, it is the total of all runs.
+    /// Time on the device from the start to the end of the run, in milliseconds. If the entry is a sum of several runs, this
+    /// is the total time of these runs.
     pub milliseconds: f64,
-    /// Time from the first timestamp of the submission (the commands that were submitted together) to the start of the run,
-    /// in milliseconds. Traces of a profile place the run on a time line by it. In a sum, it is the start of the first run.
+    /// Time at which the run started, in milliseconds after the first timestamp of its submission (the commands that were
+    /// submitted together). Traces of a profile place the run on a time line by it. If the entry is a sum of several runs,
+    /// this is the start of the first of them.
     #[serde(skip)]
     pub start: f64,
-    /// True if this is the first run of the pass. In a sum, it is true if one of the runs is the first. Some drivers compile
-    /// a pass only at its first run, so the time can contain the compilation, and reports list it separately.
+    /// True if the run is the first one of its pass, or if the entry is a sum that contains the first run. Some drivers
+    /// compile a pass only at its first run, so the time can contain the compilation. Reports list such times separately.
     #[serde(skip)]
     pub first_run: bool,
 }
@@ -141,23 +143,24 @@ impl PassTime {
     }
 }
 
-/// Commands that were submitted and that nothing has waited for yet, with what the wait for them needs. The resources that
-/// they use must stay alive until the commands have finished.
+/// Commands that were submitted and may still run, with the objects and data that are needed to wait for them, to reuse the
+/// recorder, to destroy the descriptor pools, and to compute the times of passes. The resources that the commands use must
+/// stay alive until the commands have finished.
 pub(super) struct Submission {
     pub(super) recorder: Recorder,
-    /// Descriptor pools of the commands, one per pass, destroyed after the wait.
+    /// Descriptor pools of the commands, one per recorded pass. They are destroyed when the commands have finished.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
-    /// The timed regions (usually passes) in the order of recording. Each has its name and a flag, which is true if the
-    /// region is the first run of a pass.
+    /// The timed regions (usually passes) in the order of recording, from which [`Self::times`] takes the names of the
+    /// times. Each has its name and a flag, which is true if the region is the first run of a pass.
     pub(super) regions: Vec<(String, bool)>,
     pub(super) started: Instant,
 }
 
 impl Submission {
-    /// Destroys the recorder and the descriptor pools of the submission.
+    /// Destroys the submission's recorder and descriptor pools, when the device is lost or closed.
     ///
     /// # Safety
-    /// The commands must not be running, or the device must be lost.
+    /// The commands of the submission must have finished, or the device must be lost.
     pub(super) unsafe fn destroy(self, raw: &ash::Device) {
         // SAFETY: as the caller promises.
         unsafe {

@@ -322,8 +322,9 @@ mod tests {
     use super::*;
     use crate::gpu::{DeviceInfo, Features, Instance, InstanceOptions, Usage};
 
-    /// Leaves out the barrier between two writes, and checks that synchronization validation reports the hazard to the test.
-    /// If the report were lost, a missing barrier would not fail any other test either.
+    /// Records two writes of a buffer without a barrier between them, and checks that the messages of the device contain
+    /// this hazard, as synchronization validation reports it. If such reports were lost, no other test would find a missing
+    /// barrier.
     #[test]
     fn a_planted_hazard_is_caught() {
         let instance = Instance::new(InstanceOptions {

@@ -13,12 +13,13 @@ pub struct Output {
     pub pass: String,
     /// Name of the buffer that the pass may write.
     pub buffer: String,
-    /// The first 16 hexadecimal digits of the BLAKE3 hash of all bytes of the buffer.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of all bytes of this buffer after the pass.
     pub hash: String,
 }
 
-/// The buffers and images that exist now, by which profiles show what occupies memory. The key is a name; the value is the
-/// number of buffers with this name, and the sum of their sizes in bytes. All images together have the name `images`.
+/// The memory that buffers and images occupy now, which profiles show. The key is the name under which buffers were
+/// allocated. The value is the number of buffers with this name, and the sum of their sizes in bytes. All images together
+/// have the name `images`.
 pub type MemoryUse = BTreeMap<String, (u32, u64)>;
 
 /// The driver's result for one pipeline: the time to make it, and the report of the driver's compiler. Profiles show both,
@@ -41,17 +42,20 @@ pub struct Compiled {
 pub struct CompilerReport {
     /// Number of invocations in a subgroup; 0 if the driver does not report it.
     pub subgroup_size: u32,
-    /// Pairs of name and value in the driver's order, such as the number of registers. The names differ between drivers.
+    /// What the driver's compiler reports about the pipeline, such as the number of registers: pairs of name and value, in
+    /// the driver's order. The names differ between drivers.
     pub statistics: Vec<(String, String)>,
 }
 
-/// The records of the work on a device since it was opened. Profiles and regression tests read them. Rendering does not
-/// depend on them: if a thread panics while it changes one of the lists, the list is no longer changed and reads as empty.
+/// The records of the work on a device since it was opened, which profiles and regression tests read. Rendering does not
+/// depend on them, so a panic of a thread that changes a list causes no error here: the list is then no longer changed, and
+/// reads as empty.
 #[derive(Default)]
 pub struct Records {
     /// Total size in bytes of the SPIR-V of all pipelines made so far; see [`Records::shader_bytes`].
     shaders: AtomicU64,
-    /// Total time of finished recordings, in nanoseconds; see [`Records::submitted_time`].
+    /// Total time on the host of the recordings that [`Recording::finish`](super::Recording::finish) submitted, in
+    /// nanoseconds; see [`Records::submitted_time`].
     submitted: AtomicU64,
     compiled: Mutex<Vec<Compiled>>,
     hashes_outputs: AtomicBool,
@@ -66,10 +70,10 @@ impl Records {
         self.shaders.load(Ordering::Relaxed)
     }
 
-    /// The total time on the host of all recordings that [`Recording::finish`](super::Recording::finish) submitted. The time
-    /// of each is measured from the call that submitted it to the end of the wait for it. Recordings of
-    /// [`Recording::submit`](super::Recording::submit) are not contained. A profile with one frame in flight measures a
-    /// frame as the difference of the values after and before it.
+    /// The total time on the host of all recordings that [`Recording::finish`](super::Recording::finish) submitted. Each
+    /// recording counts from its submission to the end of the wait for it. Those that
+    /// [`Recording::submit`](super::Recording::submit) submitted do not count. A profile with one frame in flight reads this
+    /// total before and after a frame; the difference is the time of the frame's recordings.
     pub fn submitted_time(&self) -> Duration {
         Duration::from_nanos(self.submitted.load(Ordering::Relaxed))
     }
@@ -89,8 +93,9 @@ impl Records {
             .cloned()
     }
 
-    /// Returns the hashes of the buffers that passes have written since the last call, in the order of the passes, and
-    /// removes them from the records. Empty unless [`Device::hash_outputs`](super::Device::hash_outputs) was called.
+    /// Returns the hashes that were made since the device was opened, or since this function was last called, and removes
+    /// them from the records. There is one hash for each buffer that a pass may write, in the order of the passes. The list
+    /// is empty unless [`Device::hash_outputs`](super::Device::hash_outputs) was called.
     pub fn take_outputs(&self) -> Vec<Output> {
         let outputs = self.outputs.lock();
         outputs

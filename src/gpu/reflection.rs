@@ -95,7 +95,7 @@ fn is_image(instruction: &Instruction, dim: Dim) -> bool {
 }
 
 impl Reflection {
-    /// Parses the words of a SPIR-V binary.
+    /// Parses the words of a SPIR-V binary, and collects the names of its ids, so that its interface can be read.
     ///
     /// # Errors
     /// The words are not valid SPIR-V.
@@ -103,7 +103,7 @@ impl Reflection {
         Ok(Self::of(parse(words)?))
     }
 
-    /// Makes the reflection of a shader that is already parsed.
+    /// Makes the reflection of a shader that is already parsed, for example after its specialisation.
     pub(super) fn of(module: Module) -> Self {
         let names = module
             .debug_names
@@ -117,7 +117,7 @@ impl Reflection {
         Self { module, names }
     }
 
-    /// The parsed shader itself, for example to assemble its words.
+    /// The parsed shader itself, which is then specialised, or converted back to the words of a SPIR-V binary.
     pub(super) fn into_module(self) -> Module {
         self.module
     }
@@ -275,7 +275,8 @@ impl Reflection {
             .find(|i| i.result_id == Some(result))
     }
 
-    /// True if the instruction declares an array, without a length, of 2D images.
+    /// True if the instruction declares an array of 2D images whose length the shader does not state. A binding of this type
+    /// is [`BindingKind::Images`].
     fn is_array_of_images(&self, instruction: &Instruction) -> bool {
         let element = instruction.operands.first().and_then(Operand::id_ref_any);
         instruction.class.opcode == Op::TypeRuntimeArray
@@ -345,14 +346,15 @@ impl Reflection {
         })
     }
 
-    /// True if another constant, or the length of an array, depends on the constant with the SPIR-V id `constant`.
+    /// True if another constant or the length of an array uses the constant with the SPIR-V id `constant`. Such a constant
+    /// counts as used, even if no function of the shader names it ([`DeclaredConstant::is_used`]).
     fn is_part_of_constant(&self, constant: u32) -> bool {
         let mut all = self.module.types_global_values.iter();
         all.any(|i| i.operands.iter().any(|o| o.id_ref_any() == Some(constant)))
     }
 
-    /// The size in bytes that a type of the push constants has under the scalar layout. `type_id` is the SPIR-V id of the
-    /// type; the size is 0 if the id is unknown.
+    /// The size in bytes of the type with the SPIR-V id `type_id`, under the scalar layout that push constants have; 0 if
+    /// there is no such type. It gives the size of a shader's push constants, from their structure.
     fn struct_size(&self, type_id: u32) -> u32 {
         let Some(instruction) = self.instruction(type_id) else {
             return 0;

@@ -1,9 +1,9 @@
 //! Specialisation of shaders before the driver compiles them. Specialisation constants become ordinary constants, and an
 //! expression of constants is replaced by its result if `fold` can compute it.
 //!
-//! Drivers can specialise shaders themselves. But SwiftShader's optimiser keeps the code behind a condition that is a
-//! specialisation constant, and compiles all of it: the passes of the preset `accurate` took 12 minutes instead of 6
-//! seconds.
+//! Drivers can specialise shaders themselves. But SwiftShader's optimiser keeps and compiles code even if it can only run
+//! when a specialisation constant has another value. Without this module, SwiftShader took 12 minutes to compile the passes
+//! of the preset `accurate`; now it takes 6 seconds.
 
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op};
@@ -95,9 +95,9 @@ fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>
     words.collect()
 }
 
-/// The result of an operation on booleans (0 or 1) or unsigned 32-bit integers. `None` if this function does not know the
-/// operation, because no shader of Headwater needs it here. The operation then stays in the shader, and the driver computes
-/// it.
+/// The result of an operation on booleans (0 or 1) or unsigned 32-bit integers. It is `None` for an operation that
+/// Headwater's shaders do not need here, neither in specialisation nor in the removal of dead code. Such an operation stays
+/// in the shader, and the driver computes it.
 pub(super) fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
     let result = match (operation, operands) {
         (Op::LogicalNot, [a]) => u32::from(*a == 0),
@@ -140,8 +140,8 @@ mod tests {
             results.at[5] = COUNT / 2u;
         }";
 
-    /// The values that the test shader stores to `results`, in order, after specialisation with `constants`; `None` for a
-    /// value that is not a constant, because the driver must still compute it.
+    /// Specialises the test shader `SHADER` with `constants`, and returns the values that it stores to `results`, in order.
+    /// `None` stands for a value that is not a constant, because the driver must still compute it.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
         let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
         let mut module = parse(&words).unwrap();
@@ -169,8 +169,8 @@ mod tests {
         assert_eq!(stored(&[(9, 0), (77, 1)]), with([5, 14, 0, 0, 0]));
     }
 
-    /// With debug lines, a specialised shader keeps its source text and its `OpLine` instructions, by which debuggers show
-    /// the line that runs.
+    /// If a shader is compiled with `Debug::Lines`, it keeps its source text and its `OpLine` instructions when it is
+    /// specialised. Debuggers show by them the line that runs.
     #[test]
     fn source_lines_stay() {
         let lines = |debug| {

@@ -60,8 +60,9 @@ impl Device {
         Ok((times, taken))
     }
 
-    /// Stores a recorder (command buffer with fence and timestamps) for later commands, and destroys `pools`, the descriptor
-    /// pools of its last commands. These commands must not be running.
+    /// Stores a recorder (command buffer with fence and timestamps), so that
+    /// [`Commands::new`](super::commands::Commands::new) can use it again. Destroys `pools`, the descriptor pools of the
+    /// commands that were submitted with it last. These commands must have finished.
     pub(super) fn keep(&self, recorder: Recorder, pools: &[vk::DescriptorPool]) {
         for pool in pools {
             // SAFETY: the commands do not run.
@@ -74,8 +75,9 @@ impl Device {
         }
     }
 
-    /// Waits until no submission runs. It is called before an object that submissions may use is destroyed. The submissions
-    /// stay in the device's list of running ones, so that [`Device::wait_for_running`] still returns their times.
+    /// Waits until all submissions have finished. Objects that submissions may use, such as buffers, call this function when
+    /// they are dropped, before they are destroyed. The submissions stay in the device's list of running ones, so that
+    /// [`Device::wait_for_running`] still returns their times.
     pub(super) fn wait_before_drop(&self) {
         let Ok(running) = self.running.lock() else {
             return;

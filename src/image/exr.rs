@@ -122,9 +122,9 @@ fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
     Ok(image)
 }
 
-/// Rejects a header that describes more data than a file of `file_bytes` bytes can hold, more than [`MAX_PIXELS`], or more
-/// than fits in memory; so a damaged file does not exhaust memory. It also rejects DWA compression, which the decoder cannot
-/// read safely. The returned error is the reason, as the end of a message.
+/// Rejects a header that describes more data than a file of `file_bytes` bytes can hold, more pixels than [`MAX_PIXELS`], or
+/// more data than fits in memory; so a damaged file does not exhaust memory. It also rejects DWA compression, which the
+/// decoder cannot read safely. The error text is the reason; the caller puts it behind the path of the file in its message.
 fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), String> {
     // The decoder allocates the size in a DWA block, which may be damaged, and ends the process if
     // memory does not suffice.
@@ -272,8 +272,9 @@ mod tests {
         Compression::B44,
     ];
 
-    /// Writes a grey picture of `size` (width, height), with this compression and this layout of blocks, as other programs
-    /// may write it. `value` returns the grey value of the pixel at (column, row).
+    /// Writes an EXR file as other programs may write it: with this compression, and with this layout of blocks (scan lines
+    /// or tiles). The picture has `size` (width, height) pixels. `value` returns the value of the pixel at (column, row),
+    /// which all of `R`, `G` and `B` get.
     fn write_foreign(
         path: &Path,
         size: (usize, usize),

@@ -1,5 +1,5 @@
-//! Finds the channels that are the picture itself in files of other programs. These write several layers (groups of channels
-//! whose names begin with the layer's name and a dot), or only a grey channel.
+//! Finds the channels that are the picture itself, in pictures that other programs wrote. Such files can have several layers
+//! (groups of channels whose names begin with the layer's name and a dot), or only a grey channel.
 
 use super::Image;
 use crate::{Error, Result};
@@ -54,8 +54,9 @@ impl Image {
     }
 
     /// Finds the layer that has float channels with all of `names` and with none of `others`, and returns its name; `None`
-    /// if there is none. If there are several, the channels without a layer are preferred, whose layer name is "". Without
-    /// them, the only layer called Combined is taken. If this decides for no layer either, the result is an error.
+    /// if there is no such layer. The name "" stands for channels without a layer, which are taken first. Otherwise the only
+    /// such layer is taken, or, if there are several, the only one of them that is called Combined. In all other cases the
+    /// result is an error.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
         let layers = self.channels.keys().filter_map(|channel| {
             let layer = channel.strip_suffix(names[0])?;

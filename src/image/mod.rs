@@ -39,7 +39,7 @@ impl Samples {
 }
 
 /// A picture in memory, which is written to a file or was read from one. It has named channels, such as `R`, `stderr.G` or
-/// `instance.id`. The part of a name before the dot is the layer, a group of channels that belong together.
+/// `instance.id`. The part of a name before the last dot is the layer, a group of channels that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
     /// The width of the picture in pixels.
@@ -57,7 +57,8 @@ pub struct Image {
 /// A file format for pictures. The extension of a file's name decides its format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// OpenEXR: stores every channel with 32 bits per value, without loss, and the metadata.
+    /// OpenEXR: stores the metadata and all channels. Each value has 32 bits and does not change when it is written and
+    /// read.
     Exr,
     /// PNG: stores only `R`, `G`, `B`, after exposure and tone mapping, as 8-bit sRGB.
     Png,
@@ -160,7 +161,7 @@ impl Image {
     }
 
     /// Checks that the picture has pixels and channels, and that each channel has one value per pixel, because the encoders
-    /// panic on other pictures. The error is the reason, as the end of a message.
+    /// panic on other pictures. The error text is the reason; the caller puts it behind the path of the file in its message.
     fn check(&self) -> std::result::Result<(), String> {
         let pixels = self.pixels();
         if pixels == 0 || self.channels.is_empty() {

@@ -66,8 +66,8 @@ pub(super) fn read(path: &Path) -> Result<Image> {
     Ok(picture)
 }
 
-/// The number of bytes of the uncompressed pixels, computed from the header of the file. `None` if the file is too short for
-/// a header; the decoder rejects such a file later.
+/// The number of bytes of the uncompressed pixels, computed from the header of the file. [`read`] refuses a file for which
+/// this number is too large. It is `None` if the file is too short for a header; the decoder rejects such a file later.
 fn claimed_bytes(file: &[u8]) -> Option<u64> {
     let header = file.get(16..26)?;
     let number = |at: usize| {
@@ -197,7 +197,8 @@ mod tests {
         file
     }
 
-    /// Found by fuzzing: the decoder of the library panics if the length of a palette is not a multiple of three bytes.
+    /// Files with a palette of any length are read, or refused with an error. The decoder of the library panics if the
+    /// length is not a multiple of three bytes, as fuzzing found; [`read`] must return an error instead.
     #[test]
     fn palettes_of_any_length_are_read_or_refused_in_one_line() {
         let folder = tempfile::tempdir().unwrap();

@@ -7,7 +7,8 @@ use super::statistics::median;
 /// studies list most of them for each frame.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
-    /// Root of the mean squared difference of the values, in the unit of the pictures' radiance.
+    /// Root of the mean squared difference between the values of the picture and those of the reference, in the unit of
+    /// these values (radiance).
     pub rmse: f64,
     /// Root of the mean squared difference after both pictures are clamped to [0, 1], the range of a display. So its own
     /// range is also [0, 1].

@@ -34,7 +34,7 @@ pub struct Estimate {
     pub mean: f64,
     /// The standard error of the mean, ≥ 0, in the unit of the samples.
     pub standard_error: f64,
-    /// Number of samples. It is one more than the degrees of freedom.
+    /// Number of samples. The degrees of freedom of Student's distribution, in confidence intervals and tests, are one less.
     pub samples: u64,
 }
 
@@ -72,8 +72,9 @@ impl Estimate {
         half_width / self.mean.abs()
     }
 
-    /// The difference `self` − `other` of two independent estimates, with its standard error. `samples` of the result is one
-    /// more than the degrees of freedom by Welch and Satterthwaite, rounded down.
+    /// The difference `self` − `other` of two independent estimates, with its standard error. The degrees of freedom of the
+    /// difference follow from the formula of Welch and Satterthwaite. The field `samples` of the result is one more than
+    /// these, rounded down, so that confidence intervals of the difference use them.
     pub fn minus(&self, other: &Self) -> Self {
         Self {
             mean: self.mean - other.mean,
@@ -160,8 +161,8 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
 /// Both slices have one entry per bin, in the same order, and must have the same sum.
 ///
 /// Bins with an expected count below 5 are pooled; a pool that is still below 5 is added to the other bin with the smallest
-/// expected count. The result is 0 if a bin with an expected count of 0 has an observed one, and 1 if fewer than two bins
-/// are left.
+/// expected count. The result is 0 if a bin has an expected count of 0 but an observed count above 0. It is 1 if fewer than
+/// two bins are left.
 ///
 /// # Panics
 /// The slices differ in length.
@@ -197,11 +198,11 @@ pub fn chi_square_p_value(observed: &[u64], expected: &[f64]) -> f64 {
 /// P-value of the two-sided Kolmogorov–Smirnov test that two samples come from the same continuous distribution.
 ///
 /// If the product of the sample sizes is at most 10⁷, the p-value is exact to about 1e-15. It is computed by counting the
-/// orders of the pooled values for which the two empirical distribution functions differ less (Hodges, "The significance
-/// probability of the Smirnov two-sample test", 1958). For larger samples, it comes from the limit distribution with
-/// Stephens' correction ("Use of the Kolmogorov–Smirnov, Cramér–von Mises and related statistics without extensive tables",
-/// 1970). Equal values in the samples make both p-values too large. The result is 1 if a sample is empty, and NaN if a value
-/// is NaN.
+/// orders of the pooled values for which the two empirical distribution functions differ less than those of `a` and `b`
+/// (Hodges, "The significance probability of the Smirnov two-sample test", 1958). For larger samples, it comes from the
+/// limit distribution with Stephens' correction ("Use of the Kolmogorov–Smirnov, Cramér–von Mises and related statistics
+/// without extensive tables", 1970). Equal values in the samples make the p-value too large, in both cases. The result is 1
+/// if a sample is empty, and NaN if a value is NaN.
 pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     if a.iter().chain(b).any(|v| v.is_nan()) {
         return f64::NAN;
@@ -236,9 +237,9 @@ pub fn kolmogorov_smirnov_p_value(a: &[f64], b: &[f64]) -> f64 {
     kolmogorov_tail((size + 0.12 + 0.11 / size) * statistic)
 }
 
-/// Probability that the empirical distribution functions of two samples of the same distribution differ by at least
-/// `distance`/(`n` `m`) at some point. `n` and `m` are the sizes of the samples. The distribution is continuous, so that all
-/// orders of the pooled values are equally likely.
+/// The exact p-value of the Kolmogorov–Smirnov test: the probability that the empirical distribution functions of two
+/// samples differ by at least `distance`/(`n` `m`) at some point. `n` and `m` are the sizes of the samples. Both samples are
+/// assumed to come from one continuous distribution, so that all orders of the pooled values are equally likely.
 fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
     // The fraction of orders of the first i and j values that stay below the distance. The last value
     // is one of the i with probability i/(i + j).
@@ -260,7 +261,8 @@ fn smirnov_tail(distance: usize, n: usize, m: usize) -> f64 {
     1.0 - stayed[m]
 }
 
-/// Probability that a variable with Kolmogorov's limit distribution exceeds `x`: 2 Σ (−1)ᵏ⁻¹ exp(−2k²x²).
+/// Probability that a variable with Kolmogorov's limit distribution exceeds `x`: 2 Σ (−1)ᵏ⁻¹ exp(−2k²x²). It is the p-value
+/// of the Kolmogorov–Smirnov test for large samples.
 fn kolmogorov_tail(x: f64) -> f64 {
     if x < 0.2 {
         // 1 to within 1e-12; the series converges slowly here.

@@ -127,11 +127,11 @@ pub struct Pass {
 /// all images use together. The list shows what needs the memory; only the sum of all entries is compared between profiles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// Name of the buffers, which is the same for all of them. It is `images` if this is the entry of all images.
+    /// Name that all buffers of this entry have, such as `reservoirs`. It is `images` if this is the entry of all images.
     pub name: String,
     /// Number of the buffers with this name, or of all images.
     pub count: u32,
-    /// Size of these buffers or images together, in bytes.
+    /// Size in bytes of all buffers with this name together, or of all images together.
     pub bytes: u64,
 }
 
@@ -163,9 +163,9 @@ pub struct Profile {
 
 impl Profile {
     /// Computes a profile from the times of the frames: `warm_up` has those of the warm-up, `timed` the others, both in the
-    /// order of the frames. `counts` has the counts of each pass in the first timed frame, `compiled` the driver's results
-    /// for all pipelines, and `memory` the buffers and images that exist after the last frame. The warm-up is used only for
-    /// the first run of each pass.
+    /// order of the frames. `counts` has the counts of each pass in the first timed frame, and `memory` the buffers and
+    /// images that exist after the last frame. `compiled` has the time to make each pipeline and the report of the driver's
+    /// compiler. The warm-up is used only for the first run of each pass.
     pub fn new(
         subject: Subject,
         circumstances: Circumstances,
@@ -242,7 +242,7 @@ impl Profile {
         self.memory.iter().map(|memory| memory.bytes).sum()
     }
 
-    /// Number of rays that all passes together traced in the first timed frame.
+    /// Number of rays that all passes together traced in the first timed frame, which profiles in text form show.
     pub fn rays(&self) -> u64 {
         self.passes.iter().map(|pass| pass.counts.rays).sum()
     }

@@ -30,9 +30,10 @@ pub struct Step {
     pub frame: u32,
     /// The name of the pass that ran just before the hash was made.
     pub pass: String,
-    /// The name of the hashed buffer, which is one that the pass may write.
+    /// The name of the hashed buffer, which is one that the pass may write. The message about a difference shows it.
     pub buffer: String,
-    /// The first 16 hexadecimal digits of the BLAKE3 hash of all bytes of the buffer.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of all bytes of the buffer `buffer` after the pass. If it differs
+    /// from the hash of the golden frame, the pass or an earlier one has computed something else.
     pub hash: String,
 }
 
@@ -68,8 +69,8 @@ pub struct Golden {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Goldens {
     version: u32,
-    /// Name of the device that rendered the golden frames. It is only shown to the user; the folder of a set is found by its
-    /// name.
+    /// Name of the device that rendered the golden frames. It is only shown to the user, and not used to find the set: for
+    /// this, the program uses the name of the folder.
     pub device: String,
     /// Name and version of the driver that rendered the golden frames. It is only shown to the user.
     pub driver: String,

@@ -21,7 +21,9 @@ pub struct Rendered {
 pub enum Verdict {
     /// The case agrees with its golden frame. The text says how much the pictures differ; it is empty if every bit is equal.
     Passed(String),
-    /// The case differs from its golden frame, has none on its own driver, or the driver failed. The text says why.
+    /// The result of the case differs from its golden frame, the golden frames of this driver do not contain the case, or
+    /// the driver failed. If every bit must be equal, the case also fails if the device lacks a feature that the driver of
+    /// the golden frame had. The text says why.
     Failed(String),
     /// The case was not compared, for example because the device lacks a feature that the case needs. This is no failure,
     /// unless all cases are skipped. The text says why.

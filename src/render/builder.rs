@@ -80,8 +80,8 @@ impl<'a> RendererBuilder<'a> {
         self
     }
 
-    /// Sets the camera. Without this call, it is the first camera of the scene. If the scene has no camera either, it is one
-    /// that shows the whole scene.
+    /// Sets the camera. Without this call, the first camera of the scene is used. If the scene has no cameras, a camera is
+    /// used that shows the whole scene.
     pub fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
         self

@@ -54,8 +54,9 @@ impl Clock {
         }
     }
 
-    /// If the clock is stopped, replaces a scene that moves by its pose at the start time: a scene that does not move, with
-    /// all objects where they are at this time. It costs less to render. Does nothing if the clock runs.
+    /// If the clock is stopped and `scene` moves, replaces `scene` by a scene that does not move: everything in it, such as
+    /// objects and cameras, stays as it is at the start time. A scene that does not move costs less to render. Does nothing
+    /// if the clock runs.
     ///
     /// # Errors
     /// At the start time an instance is too far away to be rendered, or a camera has no direction.

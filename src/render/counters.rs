@@ -1,6 +1,6 @@
-//! Counters of passes on the device. Faults, such as rejected values, are always counted, so that a wrong picture is
-//! noticed. Rays, lanes of subgroups, neighbours and bytes show what a pass costs; they are counted only on request, because
-//! this costs time.
+//! Counters of passes on the device. Faults, such as values that shaders reject, are always counted, so that a wrong picture
+//! is noticed. Rays, lanes in use, merged reservoirs and bytes show what a pass costs; they are counted only on request,
+//! because this costs time.
 
 use crate::gpu::{Buffer, Device, Recording, Usage};
 use crate::shader_interface::Specialisation;
@@ -20,7 +20,7 @@ use std::sync::Arc;
 pub struct Counts {
     /// The name of the pass that was counted.
     pub pass: String,
-    /// The number of rays that the pass traced, which decides most of the time of many passes.
+    /// The number of rays that the pass traced. Many passes spend most of their time on tracing rays.
     pub rays: u64,
     /// Two sums over all times at which a subgroup traced rays: first the number of lanes that traced a ray, then the number
     /// of all lanes of the subgroup. The first divided by the second is the fraction of lanes in use; if it is low, the pass
@@ -46,8 +46,9 @@ pub struct Counts {
     /// can hold one cell of space, so `cells` / `slots` is the used fraction of the table.
     #[serde(default, rename = "places")]
     pub slots: u64,
-    /// The number of path vertices whose world reservoir the next frame cannot find. Either the table had no slot for the
-    /// cell of the vertex, or another vertex took its place in the list of the cell. This gives more noise, but no bias.
+    /// The number of path vertices whose world reservoir (a stored light sample) the next frame cannot find. Either the
+    /// table of cells had no slot left for the vertex's cell of space, or another vertex of this cell took the same place in
+    /// its list. This gives more noise, but no bias.
     #[serde(default)]
     pub dropped: u64,
     /// The number of the traced rays that hit a surface. Divided by `rays`, it is the fraction of hits.
@@ -66,13 +67,14 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// The fraction of a subgroup's lanes that were in use when it traced rays, in [0, 1]; `None` if no ray was traced.
+    /// The mean fraction of lanes in use, in [0, 1], over all times at which a subgroup traced rays; `None` if no ray was
+    /// traced. Reports show it: a low value means that the pass wastes time.
     pub fn tracing_fraction(&self) -> Option<f64> {
         fraction(self.trace_lanes)
     }
 
-    /// The fraction of a subgroup's lanes that were in use when it evaluated target functions to merge reservoirs, in [0,
-    /// 1]; `None` if nothing was merged.
+    /// The mean fraction of lanes in use, in [0, 1], over all times at which a subgroup evaluated a target function to merge
+    /// reservoirs; `None` if nothing was merged. Reports show it: a low value means that the pass wastes time.
     pub fn merging_fraction(&self) -> Option<f64> {
         fraction(self.merge_lanes)
     }
@@ -82,8 +84,9 @@ fn fraction([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 
-/// The sum of one counter over all passes, at most `u32::MAX`, which tells whether any pass had faults. `all` has the
-/// counters of all passes, one pass after the other, and `counter` is the index of the counter within each pass.
+/// The sum of one counter over all passes, or `u32::MAX` if the sum is larger. With a counter of faults, it tells whether
+/// any pass had a fault. `all` has the counters of all passes, one pass after the other, and `counter` is the index of the
+/// counter within each pass.
 fn sum(all: &[u32], counter: u32) -> u32 {
     let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
     own.fold(0, |sum: u32, n| sum.saturating_add(*n))
@@ -105,14 +108,15 @@ pub struct Counters {
     /// name, and [`Counts`] are reported under it.
     passes: RefCell<Vec<String>>,
     counting: bool,
-    /// The values of all counters at the last call of [`Self::since_last`], or 0 since [`Self::clear`]. Reading does not
-    /// reset the counters, and they may wrap around, so only differences between two readings are used.
+    /// The values of all counters at the last call of [`Self::since_last`]; all are 0 if [`Self::clear`] was called later.
+    /// Reading does not reset the counters, and they may wrap around, so only differences between two readings are used.
     seen: Vec<u32>,
 }
 
 impl Counters {
-    /// Makes the counters of an integrator, all 0. Passes always count faults: rejected values, and loops that the driver
-    /// ended early. If `counting` is true, they also count rays, lanes, neighbours and bytes, which costs time.
+    /// Makes the counters of an integrator, all 0. Passes always count faults: values that shaders reject (NaN, negative or
+    /// too large), and loops that the driver ended early. If `counting` is true, passes also count what explains their cost
+    /// (all fields of [`Counts`]: rays, lanes in use, merged reservoirs, bytes and others), which costs time.
     pub fn new(device: &Arc<Device>, counting: bool) -> Result<Self> {
         let mut made = Self {
             buffer: Buffer::new(device, "counters", 4 * LENGTH as u64, Usage::default())?,

@@ -14,12 +14,14 @@ pub struct FrameInputs<'a> {
     /// The sample data (primary surfaces) of the previous frame, with which temporal reuse compares those of this frame.
     /// `None` in the first frame, and if neither direct nor indirect light is reused over time.
     pub previous_sample_data: Option<&'a Buffer>,
-    /// The picture of this frame: the RGB radiance of each pixel, in the device's unit of radiance. Passes add light to it.
+    /// The picture of this frame: the RGB radiance of each pixel, to which passes add light. Its unit of radiance is that in
+    /// which the scene is stored on the device.
     pub color: &'a Buffer,
     /// The buffer with the counters of all passes, in which passes count faults, rays and more.
     pub counters: &'a Buffer,
-    /// The index of the frame. In shaders, the random numbers of the frame are computed from it and from the seed; on the
-    /// host, it tells whether the hash grid (a light sampler) still takes part.
+    /// The index of the frame. In shaders, the random numbers of the frame are computed from it and from the seed. On the
+    /// host, it is compared with the setting `hash_grid.until_frame`: from this frame on, the passes of the hash grid (a
+    /// light sampler) do not run, unless the setting is 0.
     pub frame: u32,
     /// True in the first frame after the renderer was made or restarted. Then there is no data of earlier frames that passes
     /// could reuse, and data that all frames share has to be computed.

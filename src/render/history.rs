@@ -58,7 +58,8 @@ impl<T> History<T> {
         self.advances.set(0);
     }
 
-    /// All copies, in an order that is the same in all frames. Callers clear the copies and add up their sizes.
+    /// All copies of the resource, one or two, in an order that is the same in all frames. Callers clear the copies and add
+    /// up their sizes.
     pub fn all(&self) -> &[T] {
         &self.copies
     }

@@ -39,8 +39,9 @@ pub struct Renderer {
     primary_surfaces: Option<PrimarySurfaces>,
     /// The time and the camera of the next frame, which the setters of this type change.
     next: Moment,
-    /// The time and the camera of the last frame, and of the frame before it. Motion vectors, and the pose in which shaders
-    /// see the previous frame, follow from them. An entry is `None` if there was no such frame since the last restart.
+    /// The time and the camera of the last frame, then those of the frame before it. Motion vectors, and the state of the
+    /// scene in the previous frame that shaders see, follow from them. An entry is `None` if there was no such frame since
+    /// the last restart.
     shown: [Option<Moment>; 2],
 }
 
@@ -70,9 +71,9 @@ impl Renderer {
         Self::tracking(device, scene, view, &settings, Tracking::default())
     }
 
-    /// Makes a renderer from settings that are already resolved for this scene and for the bounces of `view`, so that no
-    /// choice is left to the scene. Unlike [`Self::new`], it also lets the caller select data that the renderer collects,
-    /// such as the number of rays (`tracking`).
+    /// Makes a renderer from `settings` in which all choices are already made for this scene and for the bounces of `view`.
+    /// Unlike with [`Self::new`], the caller also selects the data that the renderer collects besides the picture
+    /// (`tracking`), such as the number of rays.
     ///
     /// # Errors
     /// The errors of [`Self::new`].
@@ -176,8 +177,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// Poses the scene at the time of the next frame; shaders also see it as it was at the time of the last frame. Stores
-    /// the time and the camera of the next frame as those of the last one. Returns the camera.
+    /// Begins the next frame: moves the scene to its state at the time of this frame, and lets shaders also see the state at
+    /// the time of the last frame. The time and the camera of the new frame become the first entry of `shown`. Returns the
+    /// camera of the new frame.
     fn begin(&mut self) -> Result<GpuCamera> {
         let next = self.next;
         let before = self.shown[0].unwrap_or(next);
@@ -186,15 +188,15 @@ impl Renderer {
         Ok(next.camera)
     }
 
-    /// True if a frame depends on the frames before it, because it reuses their samples. Then no frame can be left out, and
-    /// a run cannot be continued from its sums.
+    /// True if a frame depends on the frames before it, because it reuses their samples. Then all frames of a run must be
+    /// rendered, and a later run cannot continue it from its sums alone.
     pub fn has_history(&self) -> bool {
         self.integrator.has_history()
     }
 
-    /// Adds `samples` samples per pixel to the sums. They have the indices `first`, `first` + 1 and so on, from which their
-    /// random numbers follow. With resampling, each sample is a frame, and the result is the time of each pass in the last
-    /// frame. With path tracing, the result is the time of the pass over all samples of the call.
+    /// Adds `samples` samples per pixel to the sums of radiance. The samples have the indices `first`, `first` + 1 and so
+    /// on, from which their random numbers follow. With resampling, each sample is a frame, and the result is the time of
+    /// each pass in the last frame. With path tracing, the result is the time of the pass over all samples of the call.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
         self.add_samples_watched(first, samples, &mut |_| Ok(()))
     }
@@ -284,9 +286,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// The location on the device of the radiance that is shown and read: that of the last frame, in one part. With path
-    /// tracing, it is the location of the sums over all samples, and there is one part for each strip of the picture (group
-    /// of whole rows).
+    /// The location on the device of the radiance that [`Self::show`] and [`Self::frame_radiance`] use. With resampling, it
+    /// is the radiance of the last frame, in one part. With path tracing, it is the sums over all samples, with one part for
+    /// each strip of the picture (group of whole rows).
     fn radiance(&self) -> Vec<Radiance<'_>> {
         let ViewConstants { width, height, .. } = self.constants.view;
         self.integrator.color().map_or_else(
@@ -323,7 +325,8 @@ impl Renderer {
     }
 
     /// Reads the RGB radiance of the last single frame: one entry per pixel, row by row from the top, in the scene's unit of
-    /// radiance. With resampling, entries are 0 before the first frame.
+    /// radiance. Entries are 0 before the first frame. With path tracing, they also contain the samples that
+    /// [`Self::add_samples`] added since that frame.
     pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
         let unit = self.bindings.scene.units.radiance;
         let mut pixels = Vec::new();
@@ -377,7 +380,7 @@ impl Renderer {
     }
 
     /// Reads the radiance of each pixel, summed over the samples, from which the caller computes means and standard errors.
-    /// Before the first sample, the result is empty, or zero for every pixel with path tracing.
+    /// Before the first sample, all sums are 0 with path tracing; with resampling, the result contains no pixels.
     pub fn sums(&self) -> Result<Sums> {
         Ok(Sums {
             pixels: self.sums.read()?,
@@ -411,7 +414,7 @@ impl Renderer {
     /// [`crate::shader_interface::MAX_RADIANCE`], and weights of reservoirs that were NaN, negative or infinite.
     ///
     /// # Errors
-    /// The device fails, or its driver ended loops early.
+    /// The device fails, or its driver ended loops of shaders early, so that some pixels are too dark.
     pub fn rejected(&mut self) -> Result<u32> {
         self.integrator.counters().rejected()
     }

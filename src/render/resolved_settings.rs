@@ -18,8 +18,9 @@ use std::ops::Deref;
 /// benefit.
 const MANY_LIGHTS: usize = 64;
 
-/// The settings for one scene and one maximum number of bounces. Choices that the user leaves to the scene, such as
-/// `candidates=auto`, are replaced by definite values. The passes and buffers of a renderer are made from these settings.
+/// The settings for one scene and one maximum number of bounces. With resampling, choices that the user leaves to the scene,
+/// such as `candidates=auto`, are replaced by definite values for all light that is rendered. The passes and buffers of a
+/// renderer are made from these settings.
 #[derive(Clone, Debug)]
 pub struct ResolvedSettings {
     settings: Settings,
@@ -37,9 +38,9 @@ impl Deref for ResolvedSettings {
 
 impl ResolvedSettings {
     /// The settings for a scene and for paths with at most `bounces` scattering events. `candidates=auto` becomes
-    /// `light-bvh` or `power`. If `world_reservoirs.min_lights` is not 0, world reservoirs (the reservoirs of path vertices)
-    /// are switched off in scenes with fewer lights than this, or with fewer than two emitter groups (triangles with common
-    /// corners form one group).
+    /// `light-bvh` or `power` for each kind of light that is rendered. World reservoirs (the reservoirs of path vertices)
+    /// are switched off in scenes with fewer than `world_reservoirs.min_lights` lights, or with fewer than two emitter
+    /// groups, unless that setting is 0. With path tracing, the settings stay as they are.
     pub fn new(settings: &Settings, scene: &GpuScene, bounces: u32) -> Self {
         let mut resolved = Self {
             settings: settings.clone(),
@@ -128,10 +129,11 @@ impl ResolvedSettings {
     }
 }
 
-/// The number of lights, and the number of emitter groups that they form (triangles with common corners form one group), by
-/// which `candidates=auto` and world reservoirs are decided. Infinitely distant lights do not count, since the light BVH
-/// does not contain them. If `sets_rare_apart` is true, rare lights (the dimmest ones) do not count either, because they
-/// have separate candidates. `groups` lists the index of the group of each emissive triangle.
+/// The number of lights, and the number of emitter groups that they form, by which `candidates=auto` and world reservoirs
+/// are decided. Emissive triangles with common corners form one group (`groups` lists the index of the group of each
+/// emissive triangle), and each other light is a group of its own. Infinitely distant lights do not count, since the light
+/// BVH does not contain them. If `sets_rare_apart` is true, rare lights (the dimmest ones) do not count either, because they
+/// have separate candidates.
 fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
         |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));
@@ -142,8 +144,8 @@ fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usiz
     (own.len() + others, emitter_groups.len() + others)
 }
 
-/// The method for light candidates that `auto` selects in a scene with these numbers of lights and of emitter groups
-/// (triangles with common corners form one group). The text is the reason, for the log.
+/// The method that `candidates=auto` selects in a scene with `lights` lights that form `emitter_groups` groups (see
+/// [`count`]), and the reason as text for the log.
 fn fitting(lights: usize, emitter_groups: usize) -> (Candidates, String) {
     if lights < MANY_LIGHTS {
         let reason =

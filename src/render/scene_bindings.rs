@@ -8,17 +8,18 @@ use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
 use crate::shader_interface::{Specialisation, Variant};
 use std::sync::Arc;
 
-/// A buffer that is computed from the scene, such as the light BVH (a tree of lights). Every pass may bind it. It is updated
-/// when the scene moves to another time, so that passes find it as the scene is then.
+/// A buffer that is computed from the scene, such as the light BVH (a tree of lights). Every pass may bind it. When the
+/// scene moves to another time, [`Self::follow`] computes the buffer again, so that it fits the scene at this time.
 pub trait SceneResource: Send + Sync {
-    /// The name of the binding in the shaders, and the buffer. The buffer is in the form that shaders of `variant` read: as
-    /// texels, or as a storage buffer.
+    /// The name of the binding in the shaders, and the buffer. It is bound as texels or as a storage buffer, as the shaders
+    /// of `variant` read it (a combination of tracer and access to memory, in which shaders are compiled).
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>);
 
-    /// The name and the size in bytes of the buffer, for reports of memory; `None` if the buffer is empty.
+    /// The name and the size in bytes of this buffer, for reports of memory; `None` if the buffer is empty.
     fn memory(&self) -> Option<(&'static str, u64)>;
 
-    /// Writes the buffer again for the current pose of `scene`, unless it was already computed for the time of this pose.
+    /// Writes the buffer again for the current pose of `scene` (its state at one time), unless it was already computed for
+    /// the time of this pose.
     ///
     /// # Errors
     /// The device fails, or an earlier update failed in another thread.
@@ -31,7 +32,7 @@ pub struct SceneBindings {
     /// The scene on the device: its buffers, which passes bind, and its units of length and radiance.
     pub scene: Arc<GpuScene>,
     /// The specialisation constants that follow from the scene and from the settings `energy` and `variant`. All other
-    /// constants have their defaults; integrators copy this value and set them.
+    /// constants have their defaults here; an integrator sets them in a copy, for its own passes.
     pub specialisation: Specialisation,
     specular_albedo: Buffer,
     light_bvh: Box<dyn SceneResource>,

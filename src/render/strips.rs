@@ -78,10 +78,11 @@ pub(super) fn strips_of<T>(
 }
 
 /// Cuts a picture into strips (groups of whole rows), from top to bottom, so that the device can bind a buffer with one `T`
-/// for each pixel of a strip. No buffers are made; `name` describes them in messages.
+/// for each pixel of a strip. The caller makes the buffers; error messages call them `name`.
 ///
 /// # Errors
-/// All buffers together exceed the memory of the device, or the errors of `cut_to`.
+/// The buffers of all strips together exceed the memory of the device, or the picture is wider than the device can bind or
+/// dispatch.
 pub(super) fn cut<T>(device: &Device, name: &str, width: u32, height: u32) -> Result<Vec<Strip>> {
     let bytes = size_of::<T>() as u64;
     let info = &device.info;

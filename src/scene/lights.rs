@@ -1,5 +1,5 @@
-//! Lists the emissive triangles of a scene, computes the powers of all its lights, and builds alias tables, from which light
-//! samples draw a light in constant time in proportion to its power.
+//! Lists the emissive triangles of a scene, computes the powers of all its lights, and builds alias tables. From an alias
+//! table, a light sample draws a light in constant time. The probability of each light grows with its power.
 
 use super::texture::{LitTexels, srgb};
 use super::{
@@ -13,9 +13,9 @@ use std::collections::{BTreeSet, HashMap};
 /// would round the probability of a very dim light to 0, and pictures would lack its light.
 pub const UNIFORM_FRACTION: f64 = 0.1;
 
-/// An emissive triangle in world space, where the transform of its instance places it at one time. The renderer computes
-/// from it the light on the device and the light's power, in proportion to which light samples choose the light. Reports on
-/// the limits of a scene are computed from it too.
+/// An emissive triangle in world space, where the transform of its instance places it at one time. The renderer uploads it
+/// to the device as a light, and computes the light's power, which decides how often light samples choose the light. Reports
+/// on the limits of a scene are also computed from such triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct LightTriangle {
     /// Index into [`Scene::instances`]: the instance to which the triangle belongs.
@@ -24,7 +24,8 @@ pub struct LightTriangle {
     pub triangle: u32,
     /// Index into [`Scene::materials`]: the material that emits.
     pub material: u32,
-    /// The corners in world space, in scene units, in the order of the mesh's corners.
+    /// The three corners of the triangle in world space, in scene units, in the order of the triangle's indices in
+    /// [`Mesh::triangles`].
     pub corners: [DVec3; 3],
     /// Unit normal, in world space, of the side that emits: the side from which the corners are counter-clockwise in object
     /// space. It is 0 if the triangle has no area. A double-sided material emits on the opposite side too.
@@ -47,7 +48,8 @@ pub struct EmitterTriangle {
     pub triangle: u32,
     /// Index into [`Scene::materials`]: the material that emits.
     pub material: u32,
-    /// The corners in object space, in the mesh's units.
+    /// The three corners of the triangle in object space, in the mesh's units. [`EmitterTriangle::placed`] transforms them
+    /// to world space.
     pub corners: [DVec3; 3],
     /// The corners' texture coordinates for the emissive texture, before [`Texture::transform`] maps them to the image. With
     /// them shaders look up the emission at a point of the light. They are 0 if the material has no emissive texture.
@@ -58,10 +60,10 @@ pub struct EmitterTriangle {
     pub emission_mean: Vec3,
 }
 
-/// The identity of an emitter, by which the powers of its lights are summed and messages name it.
-/// `(Some(instance), material)` names all triangles of one instance that have one emissive material, by the indices of the
-/// instance and of the material in the scene. `(None, index)` names the punctual light with this index. The environment's
-/// name is `(None, n)`, where n is the number of punctual lights.
+/// The identity of an emitter: the powers of all lights with the same identity are summed, and messages name the emitter by
+/// it. `(Some(instance), material)` names all triangles of one instance that have one emissive material, by the indices of
+/// the instance and of the material in the scene. `(None, index)` names the punctual light with this index. The
+/// environment's name is `(None, n)`, where n is the number of punctual lights.
 pub type EmitterName = (Option<u32>, u32);
 
 impl LightTriangle {
@@ -128,14 +130,14 @@ pub struct Emitters<'a> {
     scene: &'a Scene,
     /// One entry per material of the scene: true if the material emits at some time.
     emitter_materials: &'a [bool],
-    /// For each image that is the emissive texture of a material that emits, its parts that are not black. The key is the
-    /// image's index in [`Scene::images`].
+    /// The texels that are not black, for each image that is the emissive texture of a material that emits. The key is the
+    /// image's index in [`Scene::images`]. [`Emitters::emits`] looks up in them whether a triangle may emit light.
     lit: HashMap<u32, LitTexels>,
 }
 
 impl<'a> Emitters<'a> {
-    /// Prepares the decisions for `scene`: finds the parts of emissive textures that are not black. `emitter_materials` is
-    /// the result of [`Scene::emitter_materials`].
+    /// Prepares to decide which triangles of `scene` are lights: finds the parts of emissive textures that are not black.
+    /// `emitter_materials` is the result of [`Scene::emitter_materials`].
     pub fn new(scene: &'a Scene, emitter_materials: &'a [bool]) -> Self {
         let materials = scene.materials.iter().zip(emitter_materials);
         let textures = materials.filter(|(_, is_emitter)| **is_emitter);
@@ -157,9 +159,9 @@ impl<'a> Emitters<'a> {
         self.emitter_materials[part.material as usize]
     }
 
-    /// True if the triangle with the index `triangle` in [`Mesh::triangles`] is a light. `part` is the part that contains
-    /// the triangle. The result is false only if no point of the triangle can emit light: it is true if it is uncertain
-    /// whether the emissive texture is black.
+    /// True if the triangle with the index `triangle` in [`Mesh::triangles`] is a light: some point of it may emit light at
+    /// some time. If it is uncertain whether the emissive texture is black on the triangle, the result is true. `part` is
+    /// the part of `mesh` that contains the triangle.
     pub fn emits(&self, mesh: &Mesh, part: &Part, triangle: u32) -> bool {
         let texture = self.scene.materials[part.material as usize].emissive_texture;
         self.may_emit(part)
@@ -184,7 +186,8 @@ impl<'a> Emitters<'a> {
     }
 }
 
-/// The texture coordinates of the corners of the mesh's triangle with the index `triangle`, in the set that `texture` uses.
+/// The texture coordinates of the three corners of the triangle with the index `triangle` in [`Mesh::triangles`]. They are
+/// from the set that `texture` uses, before [`Texture::transform`] maps them to the image.
 fn uvs_of(mesh: &Mesh, texture: &Texture, triangle: u32) -> [Vec2; 3] {
     let corners = mesh.triangles[triangle as usize];
     corners.map(|i| mesh.uvs[texture.set as usize][i as usize])
@@ -263,9 +266,9 @@ fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32)
     sum / (SIDE * SIDE) as f32
 }
 
-/// The emissive triangles of a scene in world space, where the present transforms of the scene's instances place them. They
-/// are ordered by the index of the instance, then by the index of the triangle in its mesh. Reports on the limits of the
-/// scene are computed from them.
+/// The emissive triangles of a scene in world space, where each instance's transform
+/// [`object_to_world`](super::Instance::object_to_world) places them. They are ordered by the index of the instance, then by
+/// the index of the triangle in its mesh. Reports on the limits of the scene are computed from them.
 pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
     emitter_triangles(scene, &scene.emitter_materials())
         .iter()
@@ -281,13 +284,14 @@ pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     sides * light.area * luminance(material.emission * light.emission_mean)
 }
 
-/// Computes the powers of a scene's lights. It stores the two properties of the scene on which the powers of infinitely
-/// distant lights (directional lights and the environment) depend. The power of such a light is the power that it sends
-/// through a disc whose diameter is the diagonal of the scene's bounding box.
+/// Computes the powers of a scene's lights. It stores the size of the scene and the brightness of its environment, because
+/// the powers of infinitely distant lights (directional lights and the environment) depend on them. The power of such a
+/// light is the power that it sends through a disc whose diameter is the diagonal of the scene's bounding box.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPowers {
-    /// The area of the disc through which distant lights shine, divided by π: the square of half the diagonal of the scene's
-    /// bounding box, in squared scene units. It is 1 for a scene without geometry.
+    /// The square of half the diagonal of the scene's bounding box, in squared scene units; 1 for a scene without geometry.
+    /// It is the area, divided by π, of the disc through which distant lights shine. The power of each such light is in
+    /// proportion to it.
     disc: f64,
     /// The integral of the environment's luminance over the sphere, as radiance × sr; `None` without an environment. The
     /// environment's power is this integral × `disc`.
@@ -295,8 +299,8 @@ pub struct LightPowers {
 }
 
 impl LightPowers {
-    /// Measures the size of `scene`, on which the powers of distant lights depend. `environment` is the integral of the
-    /// environment's luminance over the sphere, as radiance × sr, or `None` if the scene has no environment.
+    /// Measures the bounding box of `scene`, because the powers of distant lights depend on its size. `environment` is the
+    /// integral of the environment's luminance over the sphere, as radiance × sr, or `None` if the scene has no environment.
     pub fn of(scene: &Scene, environment: Option<f64>) -> Self {
         let bounds = Bounds::around(scene.loose_boxes().into_iter());
         Self {
@@ -307,7 +311,7 @@ impl LightPowers {
 
     /// The power of each light divided by π, in squared scene units × radiance. There is one entry for each of `triangles`
     /// (as in [`power`]), then one for each of `punctual`, then one for the environment, if the scene has one. `materials`
-    /// are the scene's materials with the emission at the wanted time.
+    /// are the scene's materials with their emission at the time for which the powers are computed.
     pub fn of_all(
         &self,
         triangles: &[LightTriangle],
@@ -333,9 +337,9 @@ impl LightPowers {
     }
 }
 
-/// The emitter of each light, with which callers sum the powers of an emitter's lights, since several triangles can belong
-/// to one emitter. The order is that of [`LightPowers::of_all`]: first each of `triangles`, then each punctual light, then
-/// the environment, if there is one. `count` is the number of lights of all kinds.
+/// The emitter to which each light belongs. Several triangles can belong to one emitter, so callers use these names to sum
+/// the powers of an emitter's lights. The order is that of [`LightPowers::of_all`]: first each of `triangles`, then each
+/// punctual light, then the environment, if there is one. `count` is the number of lights of all kinds.
 pub fn emitter_names(
     triangles: &[LightTriangle],
     count: usize,
@@ -353,9 +357,10 @@ pub fn luminance(color: Vec3) -> f64 {
 /// the column's own index, or its alias.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AliasColumn {
-    /// The threshold for 32 random bits: below it, the column selects the entry that has the column's index.
+    /// The threshold for the 32 random bits of a draw that has selected this column. If the bits are below it, the draw
+    /// returns the entry with this column's index; otherwise it returns the entry `alias`.
     pub keep_below: u32,
-    /// The index of the entry that the column selects if the random bits are not below the threshold.
+    /// The index of the entry that a draw returns if its random bits are not below `keep_below`.
     pub alias: u32,
 }
 
@@ -364,7 +369,8 @@ pub struct AliasColumn {
 /// weight determines a probability.
 #[derive(Clone, Debug)]
 pub struct AliasTable {
-    /// One column per entry, in the order of the weights. Shaders read a column to make a draw.
+    /// One column per entry, in the order of the weights that [`AliasTable::new`] got. For each draw, shaders read one
+    /// column.
     pub columns: Vec<AliasColumn>,
     /// The exact probability with which each entry is drawn, in [0, 1], after the rounding of the thresholds to 32 bits.
     /// Estimators divide by it.

@@ -1,6 +1,6 @@
-//! Collects notices for the user about assumptions and omissions, and merges notices with the same text into one line with
-//! their number, so that a faulty file does not print thousands of lines. Also prepares names and other texts from files for
-//! messages.
+//! Collects notices for the user about assumptions and omissions. Notices with the same text become one line, which states
+//! how often the notice occurred, so that a faulty file does not print thousands of lines. This module also prepares names
+//! and other texts from files for messages.
 
 /// Notices for the user, such as about repairs of a mesh, counted by their text, so that each text is printed only once. For
 /// each text it stores the element that was named at the first occurrence, and the number of occurrences.

@@ -11,7 +11,7 @@ pub struct PunctualLight {
     pub name: String,
     /// Transform from the light's own space to world space, in scene units. Its scale has no effect.
     pub light_to_world: DAffine3,
-    /// The kind of light: a point, a spot with its angles, or a direction.
+    /// The kind of light: a point, a spot with its angles, or a directional light.
     pub shape: PunctualShape,
     /// Linear RGB radiant intensity in W/sr, at least 0. For a directional light it is instead the irradiance of a surface
     /// that faces the light, in W/m².
@@ -40,8 +40,8 @@ pub enum PunctualShape {
 
 #[cfg(test)]
 impl PunctualLight {
-    /// A white point light for tests, at the origin, with the given radiant intensity, in W/sr, in every channel and no
-    /// range.
+    /// A white point light for tests, at the origin and without a range. `intensity` is its radiant intensity in every
+    /// channel, in W/sr.
     pub fn point(intensity: f32) -> Self {
         Self {
             name: String::new(),

@@ -114,9 +114,10 @@ impl Mesh {
         }
     }
 
-    /// Sets normals of zero length to the geometric normal of their triangle. A vertex that is shared by triangles with
-    /// different normals is duplicated. If all normals of the mesh are missing, `normals` becomes empty instead, which has
-    /// the same effect. Returns the number of missing normals, for a notice.
+    /// Sets normals of zero length, which count as missing, to the geometric normal of their triangle. A vertex with a
+    /// missing normal is duplicated if its triangles have different geometric normals. If all normals of the mesh are
+    /// missing, `normals` becomes empty instead, so that the mesh is shaded with geometric normals. Returns the number of
+    /// missing normals, for a notice.
     fn fill_missing_normals(&mut self) -> usize {
         let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
         let missing = is_missing.iter().filter(|&&m| m).count();

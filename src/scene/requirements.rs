@@ -7,8 +7,8 @@ use super::{AlphaMode, Material, Mesh, Scene};
 use crate::shader_interface::MIRROR_ROUGHNESS;
 
 /// The features that a scene uses, and some counts for reports. Shaders leave out the code of features that the scene does
-/// not use. Meshes without an instance are not examined, nor are materials that no triangle of the other meshes has. In the
-/// descriptions of the fields, a light is a material that emits light at some time.
+/// not use. Only meshes that have an instance are examined, with the materials of their triangles. In the descriptions of
+/// the fields, a light is a material that emits light at some time.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Requirements {
     /// The number of triangles in the world, for reports. The triangles of a mesh count once for each instance of the mesh.
@@ -34,11 +34,12 @@ pub struct Requirements {
     /// True if some surface has holes or is partly transparent (not [`AlphaMode::Opaque`]); otherwise no ray tests alpha.
     pub alpha: bool,
     /// True if some surface that emits no light is partly transparent ([`AlphaMode::Blend`]). Shadow rays then return the
-    /// fraction of light that passes, for which more rays are traced.
+    /// fraction of light that passes through such surfaces, and shaders trace more of these rays.
     pub blending: bool,
     /// True if some material has a normal map; otherwise shaders do not read normal maps or tangents.
     pub normal_maps: bool,
-    /// True if some material is unlit, so that the camera sees its colour without light; otherwise shaders ignore `unlit`.
+    /// True if some material is unlit, so that the camera sees its colour without light; otherwise shaders do not test
+    /// whether a material is unlit.
     pub unlit: bool,
     /// True if some light has an emissive texture; otherwise the emission of lights is constant over their surfaces.
     pub emissive_textures: bool,
@@ -46,9 +47,9 @@ pub struct Requirements {
     pub vertex_colors: bool,
     /// True if some mesh has shading normals at its vertices; otherwise shaders use geometric normals only.
     pub smooth_normals: bool,
-    /// True if some triangle has an edge of more than 10,000 times the usual size of the scene's instances. Barycentric
-    /// weights in f32 are then too coarse to locate points on the triangle. Samples store points as coordinates in the
-    /// triangle's plane instead, unless something moves.
+    /// True if some triangle may have an edge of more than 10,000 times the typical size of the scene's instances.
+    /// Barycentric weights in f32 are then too coarse to locate points on the triangle. If nothing moves, samples store
+    /// points as coordinates in the triangle's plane instead; otherwise they still store barycentric weights.
     pub large_triangles: bool,
     /// True if some mesh has more than one part (a run of triangles with one material). For reports only.
     pub multi_part_meshes: bool,
@@ -192,8 +193,8 @@ fn longest_edge(mesh: &Mesh) -> f64 {
 }
 
 impl Material {
-    /// True if the surface has a specular lobe: it is partly metal, or `specular` is above 0. Otherwise it is pure Lambert,
-    /// and if all surfaces of a scene are, shaders leave out the code for the lobe.
+    /// True if the surface has a specular lobe: it is partly metal, or `specular` is above 0. Otherwise the surface is pure
+    /// Lambert. If no surface of a scene has a specular lobe, shaders leave out the code for the lobe.
     pub fn has_specular_lobe(&self) -> bool {
         self.metallic > 0.0 || self.specular > 0.0
     }

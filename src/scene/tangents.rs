@@ -69,9 +69,9 @@ impl Mesh {
     }
 }
 
-/// The data that the MikkTSpace crate reads and writes. It reads the texture coordinates of the set `set`, for the triangles
-/// of the mesh with the indices `faces`. It writes `tangents`: the tangents of the three corners of each triangle, in the
-/// order of `faces`.
+/// The data that the MikkTSpace crate reads and writes to compute tangents. `faces` are the indices of the triangles in
+/// `mesh` that get tangents, and `set` is the set of texture coordinates that is read. The crate writes the tangents of the
+/// three corners of each triangle to `tangents`, in the order of `faces`.
 struct Made<'a> {
     mesh: &'a Mesh,
     faces: &'a [usize],

@@ -17,8 +17,8 @@ pub struct Image {
     pub texels: Arc<[[u8; 4]]>,
 }
 
-/// The way in which a lookup beyond the edges of an image finds a texel, along one axis. Texture coordinates below 0 or
-/// above 1 lead there.
+/// The rule by which a lookup outside of an image finds a texel, along one axis. A lookup is outside if its texture
+/// coordinate on this axis is below 0 or above 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// The image repeats, equal in every repetition.
@@ -48,8 +48,8 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// The texture that shows the image with the index `image` in [`Scene::images`](super::Scene::images). It is repeated
-    /// and interpolated, and uses the first set of texture coordinates without a transform.
+    /// The simplest texture with the image at the index `image` in [`Scene::images`](super::Scene::images), for tests. It is
+    /// repeated and interpolated, and uses the first set of texture coordinates without a transform.
     pub fn plain(image: u32) -> Self {
         Self {
             image,
@@ -210,7 +210,8 @@ impl LitTexels {
     }
 }
 
-/// Decodes a texel of data (normals, metalness, roughness) to channels in [0, 1].
+/// Decodes a texel of data (normals, metalness, roughness) for [`Texture::at`]: divides each channel by 255, so that it is
+/// in [0, 1].
 pub fn linear(texel: [u8; 4]) -> Vec4 {
     Vec4::from_array(texel.map(f32::from)) / 255.0
 }

@@ -21,13 +21,13 @@ pub const LARGEST_COORDINATE: f64 = 1e15;
 /// other times.
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
-/// The ratio of the spacing of f32 numbers to the size of a mesh above which the user gets a notice that f32 stores the mesh
-/// too coarsely. The spacing is that at the mesh's largest coordinate, and the size is the longest edge of its bounding box.
+/// The threshold for the notice that f32 stores a mesh too coarsely. The notice appears if the spacing of f32 numbers at the
+/// mesh's largest coordinate, divided by the longest edge of the mesh's bounding box, is above it.
 const COARSE: f64 = 5e-3;
 
 /// The largest emission of a material, and the largest radiance of a texel of an environment, in W/(m²·sr); more is refused.
-/// A sample may be [`crate::shader_interface::MAX_RADIANCE`] times as bright as the brightest light, and the product of both
-/// must be finite in f32.
+/// A sample in a picture may be up to [`crate::shader_interface::MAX_RADIANCE`] times as bright as the brightest light. The
+/// product of that factor and `BRIGHTEST` must be finite in f32.
 pub const BRIGHTEST: f32 = 1e12;
 
 /// The largest absolute determinant of a transform at which an instance counts as flat. A flat instance has no normals, so
@@ -36,8 +36,8 @@ pub const BRIGHTEST: f32 = 1e12;
 const SINGULAR: f64 = 1e-15;
 
 /// True if f32 stores the positions of the mesh too coarsely, because they are much farther from the mesh's origin than from
-/// each other. The user then gets a notice. The result is also true if this holds only for the corners of at least one
-/// triangle in ten, as in a mesh of two parts that are far from each other.
+/// each other. The user then gets a notice. The result is also true if at least one triangle in ten is much farther from the
+/// origin than its corners are from each other, as in a mesh of two parts that are far apart.
 fn is_coarse(mesh: &Mesh) -> bool {
     let step = |furthest: f64| furthest * f64::from(f32::EPSILON);
     let Some(bounds) = mesh.bounds() else {
@@ -234,8 +234,8 @@ pub(super) fn check_reach(
     Ok(())
 }
 
-/// True if `matrix` flattens everything onto a plane, a line or a point, so that it cannot transform normals and the
-/// instance is not rendered. It is the matrix of a transform, without the translation.
+/// True if `matrix`, a transform without its translation, flattens everything onto a plane, a line or a point. Such a matrix
+/// cannot transform normals, so an instance with this transform is not rendered.
 pub(super) fn is_singular(matrix: DMat3) -> bool {
     // Axes are scaled to a length near 1 first: the product of their lengths may be out of f64's range.
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| {

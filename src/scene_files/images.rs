@@ -45,8 +45,8 @@ pub(super) struct Encoded<'a> {
     pub bytes: Cow<'a, [u8]>,
 }
 
-/// The number of texels of those images of a scene that were counted so far. If it exceeds [`MAX_TEXELS`], loading ends with
-/// an error before more memory is taken.
+/// The sum of the numbers of texels of a scene's images, to which each image is added before it is decoded. If it exceeds
+/// [`MAX_TEXELS`], loading ends with an error before more memory is taken.
 #[derive(Default)]
 pub(super) struct TexelCount(u64);
 

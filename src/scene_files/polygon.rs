@@ -58,12 +58,12 @@ struct Ears<'a> {
 enum Known {
     Nothing,
     Ear,
-    /// The corner is not an ear, because its inner angle is at least 180°. This is true until one of its neighbours is cut
-    /// off.
+    /// The corner is not an ear, because its inner angle in the remaining polygon is at least 180°. This is tested again
+    /// after one of its neighbours is cut off, because the angle then changes.
     Reflex,
     /// The corner is not an ear, because another corner lies in the triangle that this corner forms with its neighbours. The
     /// number is the index of the other corner; if several corners lie in the triangle, it is the smallest index of them.
-    /// This is true until the other corner or a neighbour is cut off.
+    /// This is tested again after the other corner or a neighbour is cut off.
     Blocked(usize),
 }
 

@@ -6,8 +6,8 @@ use crate::{Error, Result};
 use std::fs::File;
 use std::io::Read;
 
-/// What the loader of a scene does when it reports progress. The callback needs it to show the numbers of the report with
-/// their unit.
+/// The step of loading a scene to which a progress report belongs. It determines the unit of the numbers in the report,
+/// bytes or meshes, which a callback needs to show them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The loader reads the scene's file and the files that it names. Progress and total are numbers of bytes.

@@ -7,12 +7,12 @@ crate::gpu_enum! {
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Heuristic {
-        /// The weights are proportional to the densities of the two techniques. The noise is close to the minimum in every
-        /// scene.
+        /// The weights of light samples and BSDF rays are proportional to their densities. The noise is close to the minimum
+        /// in every scene.
         #[default]
         Balance,
-        /// The weights are proportional to the squares of the densities. This has less noise where one of the two techniques
-        /// is much better than the other.
+        /// The weights of light samples and BSDF rays are proportional to the squares of their densities. This has less
+        /// noise where one of the two techniques is much better than the other.
         Power,
     }
 }
@@ -47,12 +47,12 @@ crate::gpu_enum! {
         /// There is no hash grid: pixels draw light samples by another light sampler only.
         #[default]
         None,
-        /// In every frame, one random pixel of each block of 4 × 4 pixels is selected, and the surfaces that the camera sees
-        /// at these pixels fill the grid. This is unbiased.
+        /// In every frame, one random pixel of each block of 4 × 4 pixels is selected. The surfaces that the camera sees at
+        /// these pixels fill the hash grid with reservoirs of light samples. This is unbiased.
         Pixels,
-        /// Points on all surfaces of the scene, which are stored in a list, fill the grid once, in the first frame. The grid
-        /// then stays as it is. This is the method as published ("Normal-aware hash grid of precomputed reservoirs", 2025);
-        /// it is biased.
+        /// A list of points on all surfaces of the scene fills the hash grid with reservoirs of light samples. This happens
+        /// once, in the first frame; the grid then stays as it is. It is the method as published ("Normal-aware hash grid of
+        /// precomputed reservoirs", 2025), and is biased.
         Points,
     }
 }
@@ -61,14 +61,14 @@ crate::gpu_enum! {
     /// The way in which vertices of indirect paths reuse light samples. A vertex can merge its own light sample with those
     /// that vertices of the previous frame stored in the same cell of space (world reservoirs).
     pub enum WorldReservoirs {
-        /// Vertices reuse no samples: each uses only the light samples that it draws.
+        /// Vertices of indirect paths reuse no light samples: each vertex uses only the light samples that it draws.
         #[default]
         None,
-        /// Vertices merge world reservoirs by defensive MIS weights. Each reservoir stores its own shading point, which
-        /// these weights need to be exact.
+        /// Vertices of indirect paths merge world reservoirs by defensive MIS weights, which is unbiased. These weights are
+        /// exact, because each world reservoir stores the shading point to which it belongs.
         Unbiased,
-        /// Vertices weigh world reservoirs by confidence alone, as published (Boissé, "World-Space Spatiotemporal Reservoir
-        /// Reuse for Ray-Traced Global Illumination", 2021). It is biased.
+        /// Vertices of indirect paths merge world reservoirs with weights that depend only on confidence, as published
+        /// (Boissé, "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021). This is biased.
         Published,
     }
 }
@@ -105,9 +105,9 @@ crate::gpu_enum! {
         /// and the point on it. Position, normal, material and emission at the point are read from the scene.
         #[default]
         Compact,
-        /// A reservoir takes 44 bytes for direct and 60 for indirect light: it stores the content of the compact format, and
-        /// more. For direct light these are position, normal and emission at the point on the light; for indirect light,
-        /// position, normals and material index at the second vertex of the path.
+        /// A reservoir takes 44 bytes for direct and 60 for indirect light. It stores the content of the compact format, and
+        /// additionally, for direct light, position, normal and emission at the point on the light. For indirect light it
+        /// additionally stores position, normals and material index at the second vertex of the path.
         Full,
     }
 }

@@ -17,7 +17,7 @@ static COMPILER: LazyLock<Result<shaderc::Compiler, String>> =
     LazyLock::new(|| shaderc::Compiler::new().map_err(|e| e.to_string()));
 
 /// The first line of a file that each compilation includes only once, however many files include it. `shaderc` does not
-/// support this line, so [`compile`] treats it.
+/// support this line, so [`compile`] removes it and leaves out later includes of the file.
 const ONCE: &str = "#pragma once\n";
 
 /// The amount of debug information in the compiled SPIR-V.
@@ -109,8 +109,8 @@ pub fn compile(
     compile_with(name, source, includes, defines, Debug::Names)
 }
 
-/// Compiles one compute shader with the text `source` to SPIR-V words, as [`compile`] does with `Debug::Names`; `debug`
-/// selects the amount of debug information in the result.
+/// Compiles one compute shader as [`compile`] does, but with the amount of debug information that `debug` selects.
+/// [`compile`] always selects [`Debug::Names`].
 ///
 /// # Errors
 /// The errors of [`compile`].

@@ -139,8 +139,8 @@ crate::gpu_constants! {
     /// direct light.
     pub const STREAM_INDIRECT: u32 = 64;
     /// Number of the random stream that orders the lists of world reservoirs, which are light samples of path vertices in
-    /// cells of space. A path vertex that merges world reservoirs has the stream `STREAM_WORLD` + 2n, where n is the number
-    /// of scattering events before it; for a path that begins with a mirror reflection it is `STREAM_WORLD` + 2n + 1.
+    /// cells of space. The streams after it are for merges: a path vertex after n scattering events (n ≥ 1) merges with the
+    /// random stream `STREAM_WORLD` + 2n. For a path that begins with a mirror reflection it is `STREAM_WORLD` + 2n + 1.
     pub const STREAM_WORLD: u32 = 128;
     /// The width and the height, in pixels, of a block of the picture. In each frame, the surface at one random pixel of
     /// each block fills a slot of the hash grid with a reservoir of direct light, unless another surface takes this slot. A
@@ -177,8 +177,8 @@ crate::gpu_constants! {
     /// `MAX_RADIANCE`, and weights of reservoirs that are NaN, negative or infinite. If it is above 0, commands that render
     /// a picture print a notice, because light is missing.
     pub const COUNTER_REJECTED: u32 = 0;
-    /// Index of the counter of invocations in which the driver ended a loop too early. If it is above 0, the command ends
-    /// with an error, because light is missing in the picture.
+    /// Index of the counter of shader invocations that did not finish a loop, because some drivers end long loops too early.
+    /// If it is above 0, the command ends with an error, because light is missing in the picture.
     pub const COUNTER_CUT_SHORT: u32 = 1;
     /// Index of the counter of all rays that the pass traced, which profiles show as the work of the pass.
     pub const COUNTER_RAYS: u32 = 2;
@@ -213,8 +213,9 @@ crate::gpu_constants! {
     /// Index of the counter of cells of space in the table of world reservoirs that contain at least one path vertex in this
     /// frame. Profiles show it, since more vertices per cell mean more samples to reuse.
     pub const COUNTER_CELLS: u32 = 13;
-    /// Index of the counter of the slots for cells in the table of world reservoirs, occupied or not. The size of the table
-    /// is added once per frame, so that the ratio of cells to slots tells how full the table is.
+    /// Index of the counter of slots in the table of world reservoirs; each slot can store one cell of space. The number of
+    /// all slots, occupied or not, is added once per frame. Profiles divide the counted cells (`COUNTER_CELLS`) by it to
+    /// show how full the table is.
     pub const COUNTER_SLOTS: u32 = 14;
     /// The number of counters of one pass. One buffer contains the counters of all passes, one pass after the other.
     pub const COUNTERS: u32 = 15;

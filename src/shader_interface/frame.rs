@@ -136,10 +136,11 @@ crate::gpu_struct! {
         /// Number of slots for reservoirs in the whole grid. It is a power of two, because the shaders mask hashes to find a
         /// slot.
         pub slots: u32,
-        /// Number of surfaces that try to fill a slot with a reservoir: one per block of pixels, or one per point of the
-        /// list of points. If several try to fill the same slot, one of them succeeds.
+        /// Number of surfaces that try to fill a slot of the hash grid with a reservoir: one per block of pixels, or one per
+        /// point of the list of points. If several surfaces try to fill the same slot, one of them succeeds.
         pub sources: u32,
-        /// Maximum number of reservoirs in each bin of a cell, among which pixels select at random.
+        /// Maximum number of reservoirs of the hash grid in each bin of a cell; a bin is a range of normals. Pixels select
+        /// at random among them.
         pub reservoirs: u32,
         /// Number of light candidates from which the sample of each reservoir of the grid is selected. More candidates mean
         /// less noise.
@@ -156,9 +157,9 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Device addresses of the two buffers that store the world reservoirs of one frame (light samples of path vertices),
-    /// for the vertices of the next frame. They are zero in shader variants that access these buffers by bindings instead of
-    /// addresses.
+    /// Device addresses of the two buffers that store the world reservoirs (light samples of path vertices) of one frame.
+    /// Path vertices of the next frame read these buffers. The addresses are zero if the shaders access the buffers by
+    /// bindings instead.
     pub struct WorldAddresses {
         /// Address of the array of `GpuGridPoint` (surface points), with one entry per path vertex; x is the lower and y the
         /// upper word.
@@ -196,9 +197,8 @@ crate::gpu_struct! {
         /// selected among its own light samples. Even with 1, a vertex stores the sample selected among its own if a channel
         /// of its diffuse albedo is at most 0.01, or if its shading normal differs from its geometric normal.
         pub keeps_merged: u32,
-        /// Number of vertices per path that store and merge world reservoirs, beginning with the path's second vertex (the
-        /// surface that the first ray hits after the surface that the camera sees). Later vertices use only their own light
-        /// samples.
+        /// Number of vertices per path that store and merge world reservoirs. They begin with the path's second vertex; its
+        /// first vertex is the surface that the camera sees. Later vertices use only their own light samples.
         pub depth: u32,
         /// Number of path vertices that may store a world reservoir in a frame: `depth` × `RestirConstants::slots`. The
         /// buffers of a frame have one entry for each of them.
@@ -213,15 +213,16 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// Push constants for one level of a prefix sum in a buffer, which finds where the list of each cell of world reservoirs
-    /// begins. A level is an array of values, which is divided into blocks of `PREFIX_BLOCK` values. The sums of these
-    /// blocks are the values of the next level.
+    /// Push constants for one level of a prefix sum over a buffer of integers. The prefix sum finds where the list of each
+    /// cell of world reservoirs begins. A level is an array of values, which is divided into blocks of `PREFIX_BLOCK`
+    /// values; the sums of these blocks are the values of the next level.
     pub struct PrefixLevel {
-        /// Index in the buffer of the first value of the level.
+        /// Index, in the buffer of integers of the prefix sum, of the first value of this level.
         pub first: u32,
-        /// Number of values of the level.
+        /// Number of values of this level of the prefix sum. The shader skips values after them.
         pub count: u32,
-        /// Index in the buffer at which the sum of the level's first block is stored; the sums of the next blocks follow.
+        /// Index, in the same buffer as `first`, at which the sum of the level's first block (`PREFIX_BLOCK` values) is
+        /// stored. The sums of the next blocks follow.
         pub sums: u32,
     }
 }
@@ -235,7 +236,8 @@ crate::gpu_struct! {
         /// Camera of the previous frame. Shaders use it to find where a surface was in the previous picture, and to find the
         /// cells of that frame's world reservoirs.
         pub previous_camera: GpuCamera,
-        /// 1: primary rays pass through points of their pixels that change in every frame; 0: they pass through the centres.
+        /// 1: in every frame, each primary ray passes through another point of its pixel, which `jitter` determines; 0:
+        /// primary rays pass through the centres of their pixels.
         pub jitters: u32,
         /// Point of the pixel (0, 0) through which its primary ray passes in this frame: coordinates in [0, 1), to the right
         /// and down. Each other pixel adds its own constant offset to this point, modulo 1. Without meaning if `jitters` is
@@ -308,15 +310,16 @@ crate::gpu_struct! {
     /// other. The buffers of the pass contain the pixels of one strip only, so that they stay within the limits of the
     /// device.
     pub struct Strip {
-        /// Index of the first row of the strip, counted from the top of the picture.
+        /// Index of the first row of the picture that the dispatch works on, counted from the top of the picture.
         pub first_row: u32,
-        /// Number of rows of the strip.
+        /// Number of rows of the picture that the dispatch works on.
         pub rows: u32,
     }
 }
 
 impl Strip {
-    /// The number of pixels of the strip, if the picture is `width` pixels wide.
+    /// The number of pixels in the rows of the strip, if the picture is `width` pixels wide. The buffers of the pass have
+    /// one entry for each of these pixels.
     pub fn pixels(&self, width: u32) -> usize {
         width as usize * self.rows as usize
     }

@@ -41,8 +41,8 @@ pub use variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use declare::{GpuStruct, StructLayout};
 
 /// The layout of every structure that Rust and the shaders share. The GLSL text of the structures is generated from it, and
-/// tests compare it with the compiled shaders. In this order the GLSL text declares the structures: each comes after those
-/// that it contains.
+/// tests compare it with the compiled shaders. The GLSL text declares the structures in this order, in which each structure
+/// comes after all structures that it contains.
 pub const STRUCTS: &[StructLayout] = &[
     SceneTable::LAYOUT,
     GpuInstance::LAYOUT,

@@ -19,8 +19,8 @@ crate::gpu_struct! {
         /// Index, among lights of all kinds, of the light that the sample reaches. NONE for an empty reservoir, and for a
         /// path of indirect light that does not go from its second vertex directly to a light.
         pub light: u32,
-        /// Number of neighbours that the spatial passes of this frame merged into the reservoir. Also 0 if the renderer was
-        /// made without storing origins (the pixel that drew each sample) in reservoirs.
+        /// Number of neighbours that the spatial passes of this frame merged into the pixel's reservoir. It is always 0 if
+        /// reservoirs do not store origins (the pixel that drew each sample).
         pub neighbours: u32,
         /// Coordinates (x, y) of the pixel that drew the sample, in the picture of the frame in which the sample was drawn.
         /// (−1, −1) if the reservoir is empty, or if reservoirs do not store origins.
@@ -58,11 +58,12 @@ crate::gpu_struct! {
     /// radiance and in its square. The pixel's mean and its standard error are computed from them. Each sum is stored as two
     /// floats, the rounded sum and its rounding error, so that the error of f32 does not grow with the number of samples.
     pub struct PixelSums {
-        /// Sum of the radiance of all samples, rounded to f32.
+        /// Sum of the radiance of all samples of the pixel, RGB, rounded to f32, in the device's unit of radiance.
         pub sum: Vec3,
         /// Rounding error of `sum`: the exact sum is close to `sum` + `sum_low`.
         pub sum_low: Vec3,
-        /// Sum of the squared radiance of all samples, rounded to f32, from which the variance is computed.
+        /// Sum of the squared radiance of all samples of the pixel, RGB, rounded to f32, in the square of the device's unit
+        /// of radiance. The standard error of the pixel's mean is computed from it.
         pub square: Vec3,
         /// Rounding error of `square`: the exact sum of squares is close to `square` + `square_low`.
         pub square_low: Vec3,
@@ -74,9 +75,10 @@ crate::gpu_struct! {
     /// consecutive pixels of the picture, in the order row by row from the top, because one buffer of sums may be too small
     /// for the whole picture.
     pub struct PixelRange {
-        /// Index in the picture of the first pixel of the range. Its sums are the first entry of the buffer of sums.
+        /// Index in the picture of the first pixel whose radiance the dispatch adds, counted row by row from the top. Its
+        /// sums are the first entry of the buffer of sums.
         pub first_pixel: u32,
-        /// Number of pixels of the range.
+        /// Number of consecutive pixels whose radiance the dispatch adds, beginning with `first_pixel`.
         pub pixels: u32,
     }
 }
@@ -90,8 +92,8 @@ crate::gpu_struct! {
         pub albedo: Vec3,
         /// Unit shading normal in world space, on the side of the surface that the camera sees; 0 = miss.
         pub normal: Vec3,
-        /// Distance from the camera to the surface along the ray; 0 = miss. In scene units after
-        /// `Renderer::primary_surfaces`, in the device's unit of length in the buffer.
+        /// Distance from the camera to the surface along the ray; 0 = miss. It is in scene units in the result of
+        /// `Renderer::primary_surfaces`, and in the device's unit of length in the buffer.
         pub depth: f32,
         /// Index in the scene of the instance that the camera sees; NONE = miss.
         pub instance: u32,
@@ -108,9 +110,10 @@ crate::gpu_struct! {
     pub struct ToneMap {
         /// Distance in the buffer of radiance from one pixel to the next one, in 32-bit words.
         pub stride: u32,
-        /// Index in the picture of the first pixel of the part, counted row by row from the top.
+        /// Index in the picture of the first pixel that the dispatch converts, counted row by row from the top. The buffer
+        /// of radiance begins with this pixel.
         pub first_pixel: u32,
-        /// Number of pixels of the part.
+        /// Number of consecutive pixels that the dispatch converts, beginning with `first_pixel`.
         pub pixels: u32,
         /// Factor by which the values in the buffer are multiplied before the tone curve: the exposure factor times the
         /// device's unit of radiance, divided by the number of samples whose radiance the buffer sums.
@@ -132,8 +135,8 @@ crate::gpu_struct! {
         /// Confidence of the reservoir in bits 0 to 13. Bits 24 to 31 store the upper 8 of the 40 bits of the point on the
         /// light, for which `uv` is too small.
         pub history: u32,
-        /// Kind of the light (`LIGHT_…`) in the bits from `LIGHT_KIND_SHIFT` on, and its index in the bits below: among the
-        /// lights of its kind or, for the environment, the index of the texel.
+        /// The light to which the sample belongs. The bits from `LIGHT_KIND_SHIFT` on are its kind (`LIGHT_…`). The bits
+        /// below them are its index among the lights of this kind or, for the environment, the index of the texel.
         pub light: u32,
         /// Lower 32 of the 40 bits of the point on the light, 20 bits per coordinate. The two coordinates are the
         /// barycentric weights of the second and the third corner or, for the environment, the position within the texel.

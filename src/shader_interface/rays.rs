@@ -7,8 +7,8 @@ crate::gpu_struct! {
     /// One ray that the pass `trace_rays` traces: for a test or a benchmark of a tracer, or to measure how far the light of
     /// an emitter reaches. Points on the ray are `origin` + t · `direction`, where t is the ray parameter.
     pub struct RayQuery {
-        /// Origin of the ray, relative to the scene's origin. In scene units in a list of rays that the caller makes, in
-        /// device units in the buffer.
+        /// Origin of the ray in world space, relative to the scene's origin. It is in scene units in a list of rays that the
+        /// caller makes, and in the device's unit of length in the buffer that the shader reads.
         pub origin: Vec3,
         /// The upper limit of the ray parameter t, measured in lengths of `direction`. A hit counts only if 0 < t < `t_max`.
         pub t_max: f32,
@@ -27,7 +27,8 @@ crate::gpu_struct! {
         /// Ray parameter t of the hit, measured in lengths of the ray's direction; −1 = no hit. If `RayQuery::any` is 1,
         /// only its sign has a meaning: hit or no hit.
         pub t: f32,
-        /// Index of the hit instance among the traced instances, which exist after meshes are merged; NONE = no hit.
+        /// Index of the hit instance in the buffer `instances`, in which instances whose meshes were merged are one
+        /// instance; NONE = no hit.
         pub instance: u32,
         /// Index of the hit triangle among the triangles of the instance's mesh, in the order in which the device stores
         /// them. Without meaning for a miss.
@@ -48,8 +49,8 @@ crate::gpu_struct! {
         /// Number of rays in the list. Invocations of the shader with a larger index do nothing.
         pub count: u32,
         /// Number of CPU threads among which a CPU device splits a dispatch into contiguous ranges of workgroups; 1 on a
-        /// GPU. The pass distributes the workgroups of each range over the whole list, so that no thread gets only rays that
-        /// are fast to trace.
+        /// GPU. The pass `trace_rays` assigns to the workgroups of each range rays from the whole list, so that no thread
+        /// gets only rays that are fast to trace.
         pub interleave: u32,
     }
 }

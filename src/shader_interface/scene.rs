@@ -60,9 +60,11 @@ crate::gpu_struct! {
         pub base_color: Vec3,
         /// Metalness in [0, 1]: 0 is a dielectric, 1 is a metal, and values between 0 and 1 mix the two.
         pub metallic: f32,
-        /// Reflectance of the dielectric at normal incidence, RGB, each channel in [0, 1].
+        /// Reflectance of the material's specular lobe at normal incidence where it is a dielectric (`metallic` = 0), RGB,
+        /// each channel in [0, 1]. Shaders compute the Fresnel term of the lobe from it.
         pub dielectric_f0: Vec3,
-        /// Reflectance of the dielectric at grazing incidence, in [0, 1]; 0: the dielectric has no specular lobe.
+        /// Reflectance of the dielectric's specular lobe at grazing incidence, in [0, 1], for the Fresnel term. 0: the
+        /// dielectric has no specular lobe.
         pub dielectric_f90: f32,
         /// Perceptual roughness in [0, 1]; its square is the width α of the GGX lobe.
         pub roughness: f32,
@@ -99,10 +101,11 @@ crate::gpu_struct! {
         pub column_u: Vec2,
         /// Second column of the 2×2 matrix that transforms texture coordinates of the mesh to coordinates of the image.
         pub column_v: Vec2,
-        /// Translation that is added after the 2×2 matrix; 1 is the width or the height of the image.
+        /// Translation that is added to the product of the 2×2 matrix and the mesh's texture coordinates. The sum is
+        /// coordinates of the image, in which the image covers [0, 1] along both axes.
         pub offset: Vec2,
-        /// Index of the image's first texel in the buffer `texels`. Some variants of the shaders sample images instead of
-        /// reading this buffer: for them it is the index of the image.
+        /// Index of the image's first texel in the buffer `texels`. If shaders sample an array of Vulkan images instead of
+        /// reading this buffer (`Textures::Images`), it is the index of the image in that array.
         pub index: u32,
         /// Width of the image in texels.
         pub width: u32,
@@ -110,7 +113,7 @@ crate::gpu_struct! {
         pub height: u32,
         /// The set of texture coordinates of the mesh that the texture uses: 0 for the first one, 1 for the second one.
         pub set: u32,
-        /// How the image continues beyond its edges: one of the wrap modes WRAP_… along u, plus 4 times one along v.
+        /// How the image continues beyond its edges: the wrap mode (WRAP_…) along u, plus 4 times the wrap mode along v.
         pub wrap: u32,
         /// 1: a lookup returns the texel that contains the point; 0: it interpolates between the four texels around the
         /// point.
@@ -121,13 +124,17 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// An emissive triangle in world space. Shaders read it when they draw a point on it, and when a ray hits it.
     pub struct GpuLight {
-        /// Position of the first corner, relative to the scene's origin, in the device's unit of length.
+        /// Position of the emissive triangle's first corner in world space, relative to the scene's origin, in the device's
+        /// unit of length.
         pub corner: Vec3,
-        /// Vector from the first corner to the second one, in the device's unit of length.
+        /// Vector in world space from the emissive triangle's first corner to its second one, in the device's unit of
+        /// length. Shaders compute points on the triangle with it.
         pub edge1: Vec3,
-        /// Vector from the first corner to the third one, in the device's unit of length.
+        /// Vector in world space from the emissive triangle's first corner to its third one, in the device's unit of length.
+        /// Shaders compute points on the triangle with it.
         pub edge2: Vec3,
-        /// Unit normal on the side that emits. If the triangle emits to both sides, it is the normal of one of them.
+        /// Unit normal of the emissive triangle in world space, on the side that emits. If the triangle emits to both sides,
+        /// it is the normal of one of the sides.
         pub normal: Vec3,
         /// Emitted radiance, RGB, in the device's unit of radiance. If the light has a texture (`GpuLightTexture`), the
         /// texture multiplies it.
@@ -170,8 +177,9 @@ crate::gpu_struct! {
         /// `angle_scale` · d²)² of its intensity, with the value in parentheses clamped to [0, 1]. d is the distance between
         /// two unit vectors: that along the axis and that from the light to the shading point.
         pub angle_offset: f32,
-        /// Factor of d² in the formula for the border of a spot light, which the comment of `angle_offset` states. A larger
-        /// factor makes the transition from light to dark narrower.
+        /// Factor in the formula for the border of a spot light. The light emits the fraction (`angle_offset` −
+        /// `angle_scale` · d²)² of its intensity, as the comment of `angle_offset` explains. A larger factor makes the
+        /// transition from light to dark narrower.
         pub angle_scale: f32,
         /// Unused; it makes the size a multiple of four words, as `load_punctual_lights` in the shaders requires.
         pub padding: UVec3,
@@ -179,17 +187,20 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// One column of an alias table, with which shaders draw a light among all lights in constant time. Random bits select a
-    /// column uniformly; 32 more random bits then select one of the two lights of the column. The first light has the index
-    /// of the column.
+    /// One column of an alias table, with which shaders draw a light in constant time. Random bits select a column
+    /// uniformly; 32 more random bits then select one of the two lights of the column. The first light has the index of the
+    /// column. If the scene has rare lights, there are three tables: of all lights, of the lights that are not rare, and of
+    /// the rare lights.
     pub struct GpuLightChoice {
-        /// The total probability, in [0, 1], that a draw from the table selects the light with the index of this column,
-        /// through this column or through others.
+        /// The total probability, in [0, 1], that a draw from the alias table selects the light whose index is the index of
+        /// this column. It includes draws of other columns, in which the light is the second one. MIS and contribution
+        /// weights use it as the density of a light sample.
         pub probability: f32,
-        /// Threshold for the 32 random bits as an unsigned number. Below it, the light with the index of this column is
-        /// selected, otherwise the light `alias`.
+        /// Threshold for the choice between the two lights of this column. If 32 random bits, as an unsigned number, are
+        /// below it, the light with the index of this column is selected, otherwise the light `alias`.
         pub keep_below: u32,
-        /// Index of the column's second light, among lights of all kinds.
+        /// Index, among lights of all kinds, of the second light of this column of the alias table. A draw selects it if its
+        /// random bits are not below `keep_below`.
         pub alias: u32,
         /// Unused; it makes the size a multiple of four words, as `load_light_choices` in the shaders requires.
         pub padding: u32,
@@ -200,11 +211,11 @@ crate::gpu_struct! {
     /// The texture of the emission of one emissive triangle, from which shaders compute the radiance at a point of the
     /// triangle. It has the same index in its buffer as the triangle in the buffer `lights`.
     pub struct GpuLightTexture {
-        /// Texture coordinates of the first corner of the triangle.
+        /// Texture coordinates of the first corner of the emissive triangle.
         pub uv: Vec2,
-        /// Texture coordinates of the second corner minus those of the first one.
+        /// Texture coordinates of the emissive triangle's second corner minus those of its first corner.
         pub edge1: Vec2,
-        /// Texture coordinates of the third corner minus those of the first one.
+        /// Texture coordinates of the emissive triangle's third corner minus those of its first corner.
         pub edge2: Vec2,
         /// Index in the buffer `textures` of the texture that multiplies the emission; NONE for a triangle whose emission
         /// has no texture.
@@ -229,19 +240,20 @@ crate::gpu_struct! {
     /// in depth-first order, so a walk through the tree needs no stack: if the box of a node contains the point, the walk
     /// continues at the next node, otherwise after the node's last descendant.
     pub struct GpuLightNode {
-        /// Smallest coordinates, in world space, of the box that a walk compares with the point. It is the box around the
-        /// node's lights, enlarged by the distance at which the lights contribute little (boxes of influence) or at which
-        /// they can be drawn as one group.
+        /// Smallest coordinates, in world space, of the node's enlarged box. A walk through the light BVH tests whether the
+        /// point that receives light is in this box. It is the box around the node's lights, enlarged by the distance at
+        /// which the lights contribute little (boxes of influence) or at which they can be drawn as one group.
         pub low: Vec3,
-        /// Index of the node after this node's last descendant, at which a walk continues if it skips the descendants. For a
-        /// leaf it is the next node.
+        /// Index of the node after this node's last descendant. A walk through the light BVH continues there if it skips the
+        /// descendants. For a leaf it is the index of the next node.
         pub next: u32,
         /// Largest coordinates, in world space, of the box whose smallest coordinates are `low`.
         pub high: Vec3,
-        /// Index of the node's first light among the lights of the BVH, which are in the order of the leaves (first array of
-        /// `GpuLightEntry`).
+        /// Index of the node's first light in the list of the lights of the BVH, which is in the order of the leaves
+        /// (`light` and `before` of `GpuLightEntry`). Shaders draw one of the node's lights from this list.
         pub first: u32,
-        /// Centre of the box around the node's lights (the box before it is enlarged), in world space.
+        /// Centre of the box around the node's lights, in world space. Shaders use it as the position of all these lights to
+        /// estimate what the node contributes at a point. The box is not the enlarged one of `low` and `high`.
         pub center: Vec3,
         /// Total power of the node's lights, as area × luminance in device units. What the node is expected to contribute at
         /// a point, and thus the probability to draw it, is proportional to it. If the lights are drawn uniformly instead of
@@ -250,13 +262,16 @@ crate::gpu_struct! {
         /// Mean of the unit normals of the node's lights, weighted by their power, from which shaders estimate how much
         /// light leaves towards a point. Its length is below 1 if the lights face different directions.
         pub normal: Vec3,
-        /// Half the diagonal of the box around the node's lights (before it is enlarged), in the device's unit of length. It
-        /// widens the estimate of their contribution, because lights may be beside the centre of the box.
+        /// Half the diagonal of the box around the node's lights, in the device's unit of length. It widens the estimate of
+        /// what the lights contribute, because lights may be beside the centre of the box. The box is not the enlarged one
+        /// of `low` and `high`.
         pub size: f32,
-        /// Number of the node's lights. Their indices among the lights of the BVH are consecutive and begin with `first`.
+        /// Number of the lights in this node of the light BVH, including those of its descendants. Their indices in the list
+        /// of the lights of the BVH are consecutive and begin with `first`.
         pub count: u32,
-        /// Length of `normal`, the mean normal of the lights, in [0, 1]. 1: all lights face the same direction; 0: they emit
-        /// in all directions.
+        /// Length, in [0, 1], of `normal`, the mean of the normals of the node's lights. Shaders use it to estimate how much
+        /// light leaves the node towards a point. 1: all lights face the same direction; 0: the lights together emit about
+        /// equally in all directions.
         pub facing: f32,
         /// Unused; it makes the size a multiple of four words, as `load_light_node` in the shaders requires.
         pub padding: UVec2,
@@ -268,18 +283,20 @@ crate::gpu_struct! {
     /// `before`) contains the lights of the BVH in the order of the BVH's leaves. The second array (`leaf`, `index`)
     /// contains, for each light of the scene, where in the BVH it is.
     pub struct GpuLightEntry {
-        /// First array, with one element per light of the BVH: the index of the light among the scene's lights of all kinds.
+        /// The first array has one element per light of the light BVH, in the order of the leaves. This field is the light's
+        /// index among the scene's lights of all kinds, which a draw from the light BVH returns.
         pub light: u32,
-        /// First array, with one element per light of the BVH: the smallest of the integers that select this light. These
-        /// integers are consecutive, and those of the next light follow. A random integer draws a light from its node, so a
-        /// light with more integers is drawn more often.
+        /// The first array has one element per light of the light BVH, and one after the last light. A random integer draws
+        /// a light from a node; the integers that select this light begin with `before` and end before that of the next
+        /// element. A light with more integers is drawn more often.
         pub before: u32,
-        /// Second array, with one element per light of the scene: the index of the leaf node that contains the light, from
-        /// which shaders compute the probability that a draw selects this light. NONE if the BVH does not contain the light,
-        /// such as the environment; this probability is then 0.
+        /// The second array has one element per light of the scene. This field is the index of the leaf node of the light
+        /// BVH that contains the light; shaders compute from it the probability that a draw selects this light. NONE if the
+        /// BVH does not contain the light, such as the environment; this probability is then 0.
         pub leaf: u32,
-        /// Second array, with one element per light of the scene: the index of the light in the first array. Without meaning
-        /// if the BVH does not contain the light.
+        /// The second array has one element per light of the scene. This field is the index of the same light in the first
+        /// array, where shaders look up the integers that select it. Without meaning if the light BVH does not contain the
+        /// light.
         pub index: u32,
     }
 }
@@ -305,10 +322,11 @@ crate::gpu_struct! {
     /// world reservoir (a reservoir of a path vertex). Unbiased MIS weights of a merge need the point, to know how probable
     /// a sample was there.
     pub struct GpuGridPoint {
-        /// Position of the point in world space, relative to the scene's origin, in the device's unit of length.
+        /// Position in world space of the surface point that stores the reservoir, relative to the scene's origin, in the
+        /// device's unit of length.
         pub position: Vec3,
-        /// Unit geometric normal in world space, on the side of the surface that is visible, in octahedral coordinates of 16
-        /// bits each.
+        /// Unit geometric normal in world space of the surface at the point, on its visible side. It is stored as two
+        /// octahedral coordinates of 16 bits each.
         pub normal: u32,
     }
 }

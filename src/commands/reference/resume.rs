@@ -1,5 +1,5 @@
-//! `--resume`: reads the accumulated sums of an earlier run from the first output file, and checks that this run can
-//! continue with them. So more samples can be added to a reference that is too noisy or was interrupted.
+//! `--resume`: reads the sums of radiance that an earlier run has stored in the first output file, and checks that this run
+//! can continue with them. So more samples can be added to a reference that is too noisy or was interrupted.
 
 use super::{Args, PARTS};
 use crate::base::printable::{printable, shortened};
@@ -29,8 +29,8 @@ const LOW_PART: f64 = 1e-6;
 /// is damaged, and it is not resumed.
 const SPREAD_ROUNDING: f64 = 1e-4;
 
-/// Loads the sums of the first output file, which an earlier run has written, into the renderer, and returns their number
-/// of samples per pixel.
+/// Loads the sums of radiance that an earlier run has stored in the first output file into the renderer. Returns the number
+/// of samples per pixel that these sums contain.
 ///
 /// # Errors
 /// The file cannot be read, belongs to another picture, or holds values that no sum of samples can have; or the device
@@ -97,8 +97,9 @@ fn samples_of(earlier: &Image) -> std::result::Result<u32, String> {
     })
 }
 
-/// The accumulated sums of an earlier picture, to which this run adds its samples: one entry per pixel, row by row from
-/// the top. An error is a clause for a message that names a missing channel.
+/// The sums of radiance and of squared radiance that an earlier picture stores, to which this run adds its samples: one
+/// entry per pixel, row by row from the top. If a channel is missing, the error is a clause for a message, which names the
+/// channel.
 fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     let part = |name: &str| {
         let channel = |axis: &str| {
@@ -122,9 +123,9 @@ fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     Ok((0..earlier.pixels()).map(pixel).collect())
 }
 
-/// True if `samples` samples of a pixel can have these sums; otherwise the file is damaged. All parts must be finite, the
-/// leading parts not negative, and the low parts, which are rounding errors of the leading parts, small. The mean square
-/// must not be below the square of the mean, except for rounding.
+/// True if the sums of a pixel can be those of `samples` samples; if not, the file is damaged. All four values must be
+/// finite. The sums of radiance and of squared radiance must not be negative, and their rounding errors (`sum_low`,
+/// `square_low`) must be small. The mean square must not be below the square of the mean, except for rounding.
 fn possible(pixel: &PixelSums, samples: u32) -> bool {
     let parts = PARTS.map(|(_, part)| part(pixel).as_dvec3());
     let [sum, sum_low, square, square_low] = parts;
@@ -141,8 +142,8 @@ fn possible(pixel: &PixelSums, samples: u32) -> bool {
             .all()
 }
 
-/// Prepares a value from the file for a message: escapes control characters, and shortens it to at most
-/// [`VALUE_CHARACTERS`] characters.
+/// Prepares a value for a message, because the file that is resumed can contain any text: escapes control characters, and
+/// shortens the value to at most [`VALUE_CHARACTERS`] characters.
 fn shown(text: &str) -> String {
     shortened(&printable(text), VALUE_CHARACTERS)
 }

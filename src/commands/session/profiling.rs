@@ -60,9 +60,9 @@ impl Session {
         renderer.counts()
     }
 
-    /// The subject of a profile (what it measures): the scene, the settings, the device, the view, and the numbers of frames
-    /// of the plan. Two profiles are compared only if their subjects agree in all but the settings and the number of timed
-    /// frames.
+    /// The subject of a profile (what it measures): the scene, the settings, the device, the view, the clock, and the
+    /// numbers of warm-up frames and of timed frames of `plan`. Two profiles are compared only if their subjects agree in
+    /// all but the settings and the number of timed frames.
     ///
     /// # Errors
     /// A setting has no JSON form, which does not happen with finite values.
@@ -82,9 +82,9 @@ impl Session {
         })
     }
 
-    /// The conditions of a profile that are not part of its subject but can explain a difference: driver, tracer,
-    /// access of shaders to the scene, revision of the program, and number of frames in flight. Two profiles can be
-    /// compared even if their conditions differ; only the number of frames in flight must be equal.
+    /// The conditions under which a profile is measured: driver, tracer, access of shaders to the scene, revision of the
+    /// program, and number of frames in flight. They can explain why two profiles of the same scene and settings differ. Two
+    /// profiles can be compared even if their conditions differ; only the number of frames in flight must be equal.
     pub fn circumstances(&self, plan: Plan) -> Circumstances {
         let variant = self.selection.variant;
         Circumstances {

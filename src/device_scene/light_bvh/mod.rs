@@ -34,7 +34,7 @@ pub struct LightBvhOptions {
     /// The factor that decides how far the box of a node extends beyond its lights: by scale · √power, or for a cut by scale
     /// times half the diagonal of the lights' box. With larger boxes, a walk (the search of the tree for one point) finds
     /// more lights, or far lights in smaller groups, and takes longer. `None`: it is 1 for a cut; otherwise it is chosen so
-    /// that a point on a surface is in about eight boxes.
+    /// that a point on a surface is in about eight boxes, or in fewer if there are at most ten clusters.
     pub scale: Option<f32>,
     /// True if a walk (the search of the tree for one point) finds all lights at every point: near clusters one by one, and
     /// far clusters joined in groups. False if it finds only the clusters whose boxes of influence contain the point.
@@ -58,18 +58,19 @@ impl LightBvhOptions {
     }
 }
 
-/// A light at a finite distance, in the device's world space and units. Only such lights can be in the tree, whose clusters,
-/// boxes and powers are computed from a list of them.
+/// A light that has a position, that is, not a directional light or the environment; in the device's world space and units.
+/// The tree can contain only such lights. Its clusters, boxes and powers are computed from a list of these values.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
     /// The index of the light among the lights of all kinds: triangles first, then punctual lights.
     pub index: u32,
-    /// A number that is equal for emissive triangles connected by common corners, and different for all other lights. Such
-    /// triangles form one cluster if they fill the box around them.
+    /// The number of the group to which the light belongs, for the choice of clusters. Emissive triangles that are connected
+    /// by common corners have the same number, and each other light has its own. Such triangles form one cluster if they
+    /// fill the box around them.
     pub group: u32,
-    /// The smallest x, y and z of the box around the light.
+    /// The smallest x, y and z of the box around the light, in the device's world space.
     pub low: Vec3,
-    /// The largest x, y and z of the box around the light.
+    /// The largest x, y and z of the box around the light, in the device's world space.
     pub high: Vec3,
     /// The unit normal of the half space into which a one-sided triangle or a spot emits; zero for other lights, which emit
     /// into all directions.
@@ -83,8 +84,9 @@ pub struct NearLight {
 }
 
 impl NearLight {
-    /// The lights of a scene that the tree contains, in the order of their indices. `groups` lists the group of each
-    /// emissive triangle, as [`connected`] returns it; if it is empty, each light is a separate group.
+    /// The lights of a scene that the tree contains, in the order of their indices: all that have a position, but without
+    /// rare lights if `options` leave these out. `groups` lists the group of each emissive triangle, as [`connected`]
+    /// returns it. If it is empty, each light is a separate group.
     ///
     /// [`connected`]: connected::connected
     fn of(lights: &Lights, groups: &[u32], options: LightBvhOptions) -> Vec<Self> {
@@ -126,17 +128,17 @@ impl NearLight {
     }
 }
 
-/// The data of a light BVH for the lights at one time. Shaders search them for the lights that matter at a point, and draw
-/// light candidates from these.
+/// The data that shaders read from a light BVH, computed for the lights at one time. With it, shaders find the lights that
+/// matter at a point, and draw light candidates from these lights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightBvhContents {
     /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
-    /// The entries of two arrays that share their index, so that each entry has fields of both. The first array (`light`,
-    /// `before`) lists the lights in the order of the tree's leaves, each with the scaled sum of the weights before it, by
-    /// which a light of a node is drawn. It has one more entry after the last light, whose `before` ends the last light's
-    /// range. The second array (`leaf`, `index`) has one entry per light of the scene, of any kind, and states the light's
-    /// place in the tree, or NONE if the light is not in it.
+    /// Two arrays, stored as one: each entry has the fields of both. The first array (`light`, `before`) lists the lights in
+    /// the order of the tree's leaves, each with the sum of the integer weights of all lights before it. By these sums,
+    /// shaders draw a light of a node; one more entry after the last light has the total. The second array (`leaf`, `index`)
+    /// has one entry per light of the scene, of any kind: the index of the light's leaf in `nodes`, or NONE for a light that
+    /// is not in the tree, and its index in the first array.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -152,13 +154,15 @@ impl LightBvhContents {
     }
 }
 
-/// A node that a walk (the search of the tree for one point) has visited. The scale of the boxes is chosen by the number of
-/// visited clusters whose boxes contain the point.
+/// A node that a walk (the search of the tree for one point) has visited. The visits are counted to choose
+/// [`LightBvh::scale`]: it depends on how many clusters have boxes that contain the point.
 #[derive(Clone, Copy, Debug)]
 pub struct Visit {
-    /// True if the box of the node contains the point for which the walk searches.
+    /// True if the point for which the walk searches is inside the node's box, that is, the box of influence or, for a cut,
+    /// the enlarged box. Otherwise the walk skips the node's descendants.
     pub inside: bool,
-    /// True if the node is a cluster, so that it has no children.
+    /// True if the node is a cluster of lights, which has no child nodes. Only clusters are counted when the scale is
+    /// chosen.
     pub is_leaf: bool,
 }
 
@@ -183,12 +187,14 @@ pub struct LightBvh {
     /// The factor that decides how far the box of a node extends beyond its lights: by scale · √power, or for a cut by scale
     /// times half the diagonal of the lights' box.
     pub scale: f32,
-    /// Indices of lights in the order of the tree's leaves, as positions in the list that [`NearLight::of`] makes.
+    /// The lights in the order of the tree's leaves, each as its position in the list that [`NearLight::of`] makes. A node's
+    /// lights are consecutive here.
     order: Vec<u32>,
     tree: Vec<Topology>,
-    /// For each node, the distances by which its box of influence extends beyond the box around its lights: first towards
-    /// −x, −y and −z, then towards +x, +y and +z. Rays measure them for clusters with power ([`LightBvh::limit`]). `None`
-    /// for other nodes, and if no rays were traced; the box then follows from power or from the child nodes.
+    /// For each node, the distances, in the device's unit of length, by which its box of influence extends beyond the box
+    /// around its lights: first towards −x, −y and −z, then towards +x, +y and +z. Rays measure them for clusters with power
+    /// ([`LightBvh::limit`]). `None` for other nodes, and if no rays were traced; the box then follows from power or from
+    /// the child nodes.
     margins: Vec<Option<(Vec3, Vec3)>>,
 }
 
@@ -196,12 +202,13 @@ pub struct LightBvh {
 /// and power are computed from these lights in their current state.
 #[derive(Clone, Copy)]
 struct Topology {
-    /// The index of the node after the last descendant of this node.
+    /// The index of the node after the last descendant of this node, at which a walk continues if it skips the descendants.
     next: u32,
     is_leaf: bool,
-    /// The position in [`LightBvh::order`] of the node's first light; the node's other lights follow it.
+    /// The index in [`LightBvh::order`] of the node's first light. The node's other lights follow it there.
     first: u32,
-    /// The number of lights in the node, including those of its descendants.
+    /// The number of lights in the node and its descendants. With `first`, it gives the node's lights in
+    /// [`LightBvh::order`].
     count: u32,
 }
 
@@ -214,7 +221,7 @@ const CUT_SCALE: f32 = 1.0;
 impl LightBvh {
     /// Builds the light BVH for `lights`. `groups` lists the group of each emissive triangle, as
     /// [`connected`](connected::connected) returns it. `surfaces` lists points on the scene's surfaces in the device's world
-    /// space, from which the scale is chosen; it may be empty unless [`LightBvhOptions::needs_surfaces`] is true.
+    /// space, from which [`LightBvh::scale`] is chosen. It may be empty unless [`LightBvhOptions::needs_surfaces`] is true.
     pub fn new(
         lights: &Lights,
         groups: &[u32],
@@ -291,7 +298,8 @@ impl LightBvh {
         }
     }
 
-    /// The lights of a node and its descendants, as positions in the list that [`NearLight::of`] makes.
+    /// The lights of a node and of its descendants, from which the node's box and power are computed. Each light is given by
+    /// its position in the list that [`NearLight::of`] makes.
     fn lights_of(&self, node: &Topology) -> &[u32] {
         &self.order[node.first as usize..][..node.count as usize]
     }
@@ -302,7 +310,8 @@ impl LightBvh {
         self.order.len()
     }
 
-    /// The number of clusters of lights, which are the leaves of the tree. The choice of the scale depends on it.
+    /// The number of clusters of lights, which are the leaves of the tree. The number of boxes in which a surface point
+    /// shall be, and thus [`LightBvh::scale`], depends on it if there are few clusters.
     pub fn cluster_count(&self) -> usize {
         self.tree.iter().filter(|node| node.is_leaf).count()
     }
@@ -396,9 +405,10 @@ impl LightBvh {
     }
 }
 
-/// For each of the lights' `weights`, returns the sum of the weights before it, and at the end the sum of all weights. The
-/// sums are scaled and rounded to strictly increasing integers below 2³². Shaders draw a random integer, and the integers
-/// from a light's sum up to the next sum select this light. So the light's probability is about in proportion to its weight.
+/// The sums by which shaders draw lights: for each of the lights' `weights`, the sum of the weights before it, and at the
+/// end the sum of all weights. The sums are scaled and rounded to strictly increasing integers below 2³². To draw a light
+/// from a node, shaders take a random integer between the sums at the two ends of the node's lights. A light is drawn if the
+/// integer is at least its own sum and below the next sum, so its probability is about in proportion to its weight.
 fn integer_sums(weights: &[f64]) -> Vec<u32> {
     let total: f64 = weights.iter().sum();
     let room = f64::from(u32::MAX) - 1.0 - weights.len() as f64;
@@ -416,14 +426,15 @@ fn integer_sums(weights: &[f64]) -> Vec<u32> {
 /// lights without power, which a walk therefore does not find.
 const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
-/// The box around some lights, the sum of their powers, and the sum of their normals. The box and the other data of a node
-/// are computed from the sum over the node's lights.
+/// The box around some lights in the device's world space, the sum of their powers, and the sum of their normals. The sums
+/// of child nodes are added up to the sum of their parent, from which its box, power and normal follow.
 #[derive(Clone, Copy)]
 struct LightSum {
     low: Vec3,
     high: Vec3,
     power: f64,
-    /// The sum of the lights' normals, each multiplied by the power of its light. Lights that emit into all directions add
+    /// The sum of the lights' normals, each multiplied by the power of its light. Divided by `power`, it is the node's
+    /// normal, which shows shaders how much light the node sends towards a point. Lights that emit into all directions add
     /// zero.
     normal: DVec3,
 }
@@ -473,8 +484,8 @@ impl LightSum {
     }
 
     /// For a cut of the tree, the box (min, max) of a node with these lights: the box around them, enlarged on each side by
-    /// `scale` times half its diagonal. If it contains the point, a walk continues with the node's children; otherwise the
-    /// walk finds these lights as one.
+    /// `scale` times half its diagonal. If the point for which a walk searches is inside, the walk continues with the node's
+    /// children. Otherwise the walk finds these lights as one.
     fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
         let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
         (self.low - radius, self.high + radius)

@@ -16,9 +16,9 @@ use std::f32::consts::TAU;
 const RAYS: usize = 256;
 /// The maximum number of clusters whose rays are traced in one call. It limits the host memory for these rays to 64 MiB.
 const CLUSTERS_AT_ONCE: usize = 4096;
-/// A ray starts at this distance from its point on the light. The distance is a fraction of the largest coordinate of that
-/// point. It is several times the rounding error of f32, so that the ray does not hit the emitter itself, which would make
-/// the box too small.
+/// The distance between a ray's start and its point on the light, as a fraction of the largest coordinate of that point. It
+/// is several times the rounding error of f32, so that the ray does not hit the emitter itself, which would make the box too
+/// small.
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
@@ -73,8 +73,9 @@ impl LightBvh {
     }
 }
 
-/// A ray from a random point of a light, in a random direction into which the light emits. `light` is the index among the
-/// lights of all kinds. The ray ends at the distance `radius`, in the device's units.
+/// A ray from a random point of a light, in a random direction into which the light emits, for [`LightBvh::limit`]. `light`
+/// is the index among the lights of all kinds. The ray ends at the distance `radius`, in the device's units. The ray is in
+/// the device's world space.
 fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> RayQuery {
     let (position, axis) = point(lights, light, random);
     let mut direction = direction(random);
@@ -90,9 +91,9 @@ fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> Ray
     }
 }
 
-/// A random point of a light, uniform by area, and the normal of the half space that the light illuminates. The normal is
-/// zero for a light that emits into all directions. A punctual light has only one point. `index` is the index of the light
-/// among the lights of all kinds.
+/// A random point of a light, uniform by area, at which [`probe`] starts a ray, and the unit normal of the half space into
+/// which the light emits. Both are in the device's world space. The normal is zero for a light that emits into all
+/// directions. A punctual light has only one point. `index` is the index of the light among the lights of all kinds.
 fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     if let Some(light) = lights.triangles.get(index) {
         let root = random.unit().sqrt();

@@ -73,8 +73,9 @@ fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
 /// The indices of a grid node along x, y and z. They also identify the cell whose lowest corner is that node.
 type GridIndex = [usize; 3];
 
-/// The number of grid nodes along each side of a block. If a block is far from the surface, the body's function is evaluated
-/// only once for it instead of at every node, which saves time.
+/// The number of grid nodes along each side of a block. The nodes of a grid are divided into cubic blocks, which are
+/// computed one after the other. If a block is far from the surface, the body's function is evaluated only once for it
+/// instead of at every node, which saves time.
 const BLOCK: usize = 5;
 /// The assumed maximum length of the gradient of a body's function; it would be 1 for an exact signed distance. It decides
 /// which blocks are far from the surface; if it were too low, parts of the surface could be missed.
@@ -163,8 +164,9 @@ impl<'a> Net<'a> {
         at[axis] + 1 == self.size[axis]
     }
 
-    /// The surface's vertex in a cell; `None` if the surface does not cross the cell. The vertex is near the planes through
-    /// the crossings of the cell's edges, so that sharp edges of the body are kept.
+    /// The position of the surface's vertex in a cell of the grid, in metres; `None` if the surface does not cross the cell.
+    /// Each edge of the cell that the surface crosses has a tangent plane of the surface at the crossing. The vertex is
+    /// close to all these planes, so that sharp edges of the body are kept.
     fn corner(&self, cell: GridIndex) -> Option<Vec3> {
         if (0..3).any(|axis| self.is_last(cell, axis)) {
             return None;
@@ -198,7 +200,8 @@ impl<'a> Net<'a> {
         Some(p.clamp(low + rim, high - rim))
     }
 
-    /// The point where the surface crosses the edge between two nodes, found by repeated linear interpolation.
+    /// The point, in metres, where the surface crosses the edge between two neighbouring nodes, of which one is inside the
+    /// body. It is found by repeated linear interpolation of the body's function.
     fn crossing(&self, a: GridIndex, b: GridIndex, body: &impl Fn(Vec3) -> f32) -> Vec3 {
         let (mut from, mut to) = ((self.node(a), self.value(a)), (self.node(b), self.value(b)));
         for _ in 0..3 {

@@ -19,7 +19,8 @@ pub fn lathe(pieces: &[&[(f32, f32)]], sides: u32) -> Shape {
     body
 }
 
-/// A Catmull-Rom curve through the points (radius, height), as the corners of a polyline. Two points give a straight line.
+/// A Catmull-Rom curve through the points (radius, height) in metres, as the corners of a polyline with [`STEPS`] segments
+/// from one point to the next. Two points give a straight line. The pieces of the profile of [`lathe`] are such curves.
 fn curve(points: &[(f32, f32)]) -> Vec<(f32, f32)> {
     if points.len() < 3 {
         return points.to_vec();

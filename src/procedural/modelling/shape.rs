@@ -94,8 +94,8 @@ impl Shape {
         }
     }
 
-    /// An upright cylinder with caps and `sides` flat sides. `foot` is the centre of its lower end, and `height` is along
-    /// +Y.
+    /// An upright cylinder with caps and `sides` flat sides. `foot` is the centre of its lower end, and its axis points
+    /// along +Y. All lengths are in metres.
     pub fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
         let rim = |i: u32| {
             let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;
@@ -203,8 +203,8 @@ impl Shape {
             .sum()
     }
 
-    /// Six times the volume that a closed shape encloses, in cubic metres; positive if the faces point outwards, and
-    /// negative if they point inwards.
+    /// Six times the volume that a closed shape encloses, in cubic metres. It is positive if the faces point outwards, and
+    /// negative if they point inwards. Tests check the volume and the direction of the faces with it.
     #[cfg(test)]
     pub fn signed_volume(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);

@@ -5,8 +5,9 @@ use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// A weighted sum of squared distances from a point p to planes: pᵀAp + 2b·p + c. Its value is the error that arises when
-/// the vertex of these planes is moved to p; the edges with the smallest error are collapsed first.
+/// A weighted sum of squared distances from a point p to planes: pᵀAp + 2b·p + c. Each vertex has one for the planes of the
+/// faces around it. Its value at p is the error of moving the vertex to p; the edges with the smallest error are collapsed
+/// first.
 #[derive(Clone, Copy)]
 struct Quadric {
     a: DMat3,
@@ -44,12 +45,12 @@ impl Quadric {
     }
 }
 
-/// An edge that may be collapsed, as a tuple of three values: the bits of its cost (an f64), the indices of its two points,
-/// and the values that [`Net::changes`] had for these points when the cost was computed. The edge of the lowest cost is
-/// collapsed first.
+/// An edge that may be collapsed, as a tuple of three values: its cost, the indices of its two points, and the values that
+/// [`Net::changes`] had for these points when the cost was computed. The cost is stored as the bits of an f64, because a
+/// heap can order integers but no floats, and costs are not negative. The edge of the lowest cost is collapsed first.
 type Candidate = (u64, [usize; 2], [u32; 2]);
 
-/// A closed surface that is being simplified, with the edges that may still be collapsed.
+/// A closed surface that is being simplified, with the edges that may still be collapsed. Its positions are in metres.
 struct Net<'a> {
     points: &'a mut [DVec3],
     faces: &'a mut [[usize; 3]],
@@ -76,9 +77,9 @@ impl Net<'_> {
         found
     }
 
-    /// The position to which an edge should be collapsed, and the error there. The error is a weighted sum of squared
-    /// distances to planes: those of the original faces around the two ends, and around all points that were collapsed into
-    /// them before.
+    /// The position to which the edge between the points `i` and `j` should be collapsed, and the error of this position.
+    /// The error is the sum of the [`Quadric`]s of both points there: weighted squared distances to planes. The planes are
+    /// those of the original faces around the two points, and around all points that were collapsed into them before.
     fn target(&self, [i, j]: [usize; 2]) -> (DVec3, f64) {
         let (p, q) = (self.points[i], self.points[j]);
         let sum = self.quadrics[i].plus(self.quadrics[j]);
@@ -107,8 +108,9 @@ impl Net<'_> {
             .push(Reverse((cost.to_bits(), edge, changes)));
     }
 
-    /// Collapses an edge to the point of [`Self::target`], unless that folds the surface or makes it non-manifold. Returns
-    /// true if the edge was collapsed.
+    /// Collapses the edge between the points `i` and `j` to the position that [`Self::target`] computes: `i` is moved there,
+    /// and `j` is removed. Does nothing if that would fold the surface or make it non-manifold. Returns true if the edge was
+    /// collapsed.
     fn collapse(&mut self, [i, j]: [usize; 2]) -> bool {
         let others = self.neighbours(j);
         let shared = self.neighbours(i);

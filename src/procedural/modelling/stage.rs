@@ -64,9 +64,9 @@ impl Stage {
         self.room.place(name, mesh, DAffine3::IDENTITY);
     }
 
-    /// Animates the emission of a material, which must be the next one that the caller adds to `room`. The emitted radiance
-    /// is `color` (linear RGB) × `strength`. A track (values over time) in `colors` or `strengths` replaces the constant
-    /// colour or strength; with `None`, it stays constant.
+    /// Animates the emission of a material. The caller must add this material to [`Self::room`] right after this call,
+    /// before any other material. The emitted radiance is `color` (linear RGB) × `strength`. A track (values over time) in
+    /// `colors` or `strengths` replaces the constant colour or strength; with `None`, it stays constant.
     pub fn emit(
         &mut self,
         color: Vec3,

@@ -29,7 +29,8 @@ pub fn tessellate_lights(scene: &mut Scene, pieces: u32) {
     }
 }
 
-/// Adds the `pieces`² triangles into which one triangle is divided, and their vertices, to a mesh.
+/// Divides one triangle of a mesh into `pieces`² triangles, and adds these and their vertices to the mesh. `corners` has the
+/// indices of the vertices of the divided triangle.
 fn divide(mesh: &mut Mesh, corners: [u32; 3], pieces: u32) {
     let first = mesh.positions.len() as u32;
     for row in 0..=pieces {

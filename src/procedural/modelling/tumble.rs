@@ -15,12 +15,14 @@ const SEARCH_INTERVAL: u32 = 4;
 /// The maximum distance in metres that a ball moves per step, which limits its speed to 4 m/s. Faster bodies, which fall
 /// from a great height, could pass through others.
 const MAX_STEP: f32 = 4.0 * STEP;
-/// The coefficient of friction. A ball that touches another ball or the floor slides less: the distance that they slide
-/// along each other in one step is reduced by at most this multiple of the depth of their overlap.
+/// The coefficient of friction between two balls, and between a ball and the floor. In each step, touching objects slide
+/// along each other by some distance. Friction reduces this distance by `FRICTION` × the depth of their overlap, but not
+/// below 0.
 const FRICTION: f32 = 1.5;
 
-/// A rigid body that consists of balls, with its current position and rotation. After the simulation, [`Self::moved`] moves
-/// the visible shape of the object to its place in the heap.
+/// A rigid body for the simulation of a falling object, with its current position and rotation in the world. It consists of
+/// balls that approximate the object. After the simulation, the caller moves the visible shape of the object to its place in
+/// the heap with [`Self::moved`].
 pub struct Body {
     /// The balls of the body: their centres relative to the mean of all centres, in the body's coordinates, and their radii
     /// in metres.
@@ -57,8 +59,9 @@ impl Body {
         self.at + self.turn * (p - self.middle)
     }
 
-    /// Gives the body the position and rotation that fit the current positions of its `balls` best. Then moves the balls to
-    /// their places in the body, so that it stays rigid.
+    /// Gives the body the position and rotation that fit `balls` best: the body's own balls in the simulation, which have
+    /// moved independently of each other in this step. Then puts each of them back at its fixed place in the body, so that
+    /// the body stays rigid.
     fn fit(&mut self, balls: &mut [Ball]) {
         let count = balls.len() as f32;
         self.at = balls.iter().map(|b| b.at).sum::<Vec3>() / count;
@@ -99,7 +102,8 @@ struct Ball {
     body: usize,
 }
 
-/// Moves two balls apart if they overlap, and brakes their sliding against each other ([`FRICTION`]).
+/// Moves two balls apart until they only touch, if they overlap; the lighter one moves further. Also brakes their sliding
+/// along each other ([`FRICTION`]).
 fn separate(a: &mut Ball, b: &mut Ball) {
     let gap = a.at - b.at;
     let near = a.radius + b.radius;

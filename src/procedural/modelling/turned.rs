@@ -97,9 +97,10 @@ impl Profile {
         })
     }
 
-    /// Sweeps the profile in `sides` steps. The ends of the steps are numbered from 0 to `sides`; step i lies between the
-    /// ends i and i + 1. `point` computes the position of a point of the profile at an end. `normal` computes the normal
-    /// from the number of a step, one of its two ends, and the normal of the profile.
+    /// Sweeps the profile in `sides` straight steps, and returns the triangles of the surface. The profile passes the stops
+    /// 0 to `sides`; step i goes from the stop i to the stop i + 1. `point` takes a stop and a point of the profile, and
+    /// returns the position of this point at the stop. `normal` takes a step, a stop at one of its ends and a normal of the
+    /// profile, and returns the normal of the surface there.
     fn swept(
         &self,
         sides: u32,

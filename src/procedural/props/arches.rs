@@ -59,8 +59,9 @@ impl Arch {
     }
 
     /// A moulding along the edge of the opening: along the half circle, and down both sides for the length `down` in metres.
-    /// In `profile`, the radius is the distance from the edge of the opening outwards, and the height is the depth into the
-    /// wall. The first point of the profile must be deep in the opening, and the last one at the wall.
+    /// In `profile`, the radius is the distance in metres outwards from the edge of the opening, and the height is the depth
+    /// behind the face of the wall (negative in front of it). The profile begins behind the face, at the edge of the
+    /// opening, and ends at or behind the face.
     pub fn moulding(&self, profile: &Profile, down: f32) -> Shape {
         let profile = profile.clone().widened(self.radius);
         let mut along = profile.swung(0.0, 0.5, self.steps);

@@ -80,7 +80,8 @@ fn rod(middle: Vec3, length: f32, radius: f32) -> Shape {
         .map(|p| vec3(p.y, -p.x, p.z) + middle)
 }
 
-/// Rotates a shape so that its axis points along +Z instead of +Y, and then moves it by `to`.
+/// Rotates a shape so that its axis, which is +Y, points to the front of the car (+Z), and then moves it by `to` in metres.
+/// Lamps and other parts that are turned around +Y are placed with it.
 fn forwards(shape: Shape, to: Vec3) -> Shape {
     shape.map(|p| vec3(p.x, -p.z, p.y) + to)
 }

@@ -6,9 +6,9 @@ use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A place at one side of a street, where a house or a stall is put. Its `foot` is given for the left side; if the place is
-/// `mirrored`, it is the mirror image at the right side. In the coordinates of the spot, x points from the houses to the
-/// middle of the street, and y points up.
+/// A place at one side of a street, where a house or a stall is put. `foot` is the position of the place at the left side,
+/// in metres. If `mirrored` is true, the place is at the right side instead, mirrored at the plane x = 0. In the coordinates
+/// of the place, the origin is its foot, x points from the houses to the middle of the street, and y points up.
 #[derive(Clone, Copy)]
 pub struct Spot {
     pub foot: Vec3,
@@ -48,14 +48,15 @@ impl Festival {
         }
     }
 
-    /// True if enough emissive triangles are left for another lantern, besides those that are reserved for the pennants. The
-    /// street is made longer at least as long as this is true.
+    /// True if enough emissive triangles are left for another lantern, besides those that are reserved for the pennants.
+    /// While this is true, the caller makes the street longer, with further houses, stalls and lanterns.
     pub fn has_light(&self) -> bool {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }
 
-    /// Adds a shape that emits `radiance` (linear RGB), and subtracts its triangles from those that are left. If too few are
-    /// left for the whole shape and for the pennants, the shape gets a dark material instead.
+    /// Adds a shape that emits `radiance` (linear RGB); its positions are in the street, in metres. Its triangles are
+    /// subtracted from the number of emissive triangles that may still be added. If this number is too small for the whole
+    /// shape and for the pennants, the shape gets a dark material instead, and nothing is subtracted.
     pub fn light(&mut self, name: &str, radiance: Vec3, shape: Shape) {
         let triangles = shape.triangle_count() as u64;
         if self.left >= RESERVE + triangles {
@@ -67,7 +68,8 @@ impl Festival {
         }
     }
 
-    /// Adds a cord that hangs from `a` to `b`, with eight lanterns of random sizes and colours on it.
+    /// Adds a cord that hangs from `a` to `b`, positions in the street in metres, with eight lanterns of random sizes and
+    /// colours on it. Lanterns for which too few emissive triangles are left stay dark ([`Self::light`]).
     pub fn lanterns(&mut self, random: &mut Random, a: Vec3, b: Vec3) {
         let sag = random.between(0.5, 1.0);
         let hang = |t: f32| a.lerp(b, t) - Vec3::Y * sag * 4.0 * t * (1.0 - t);
@@ -137,7 +139,7 @@ impl Festival {
         }
     }
 
-    /// Adds the striped cloth that is the roof of a stall; `half` is half the length of the stall in metres.
+    /// Adds the striped cloth that is the roof of the stall at `spot`; `half` is half the length of the stall in metres.
     fn awning(&mut self, random: &mut Random, half: f32, spot: Spot) {
         let color = random.pick(&[
             [0.5, 0.04, 0.04],
@@ -167,8 +169,8 @@ impl Festival {
         }
     }
 
-    /// Adds the goods on the counter of a stall: crates of fruit, and jars. `half` is half the length of the stall in
-    /// metres.
+    /// Adds the goods on the counter of the stall at `spot`: crates of fruit, and jars. `half` is half the length of the
+    /// stall in metres.
     fn goods(&mut self, random: &mut Random, half: f32, spot: Spot) {
         let crate_wood = dielectric("crate", Vec3::new(0.4, 0.28, 0.14), 0.6);
         let mut z = -half + 0.25;

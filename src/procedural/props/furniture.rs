@@ -19,7 +19,7 @@ impl Piece {
         self.flat.add(material, shape);
     }
 
-    /// Adds a shape with smooth normals to the piece. Shapes of equal materials are merged.
+    /// Adds a shape that has smooth normals to the piece. The smooth shapes of equal materials are merged into one mesh.
     pub fn smooth(&mut self, material: &Material, shape: Shape) {
         self.smooth.add(material, shape);
     }

@@ -182,7 +182,8 @@ fn windows(
     }
 }
 
-/// Adds a door and a lit shop window to the ground floor of a house that is `width` metres wide.
+/// Adds a door and a lit shop window to the ground floor of the house at `spot`, which is `width` metres wide. `random`
+/// chooses at which end the door is, the colours and the goods in the window. `timber` is the material of the frames.
 fn shop(street: &mut Festival, random: &mut Random, spot: Spot, width: f32, timber: &Material) {
     let left = random.unit() < 0.5;
     let at = |t: f32| -width * if left { t } else { 1.0 - t };

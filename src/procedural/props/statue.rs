@@ -6,7 +6,7 @@ use crate::procedural::modelling::implicit::{ball, carve, common, ellipsoid, joi
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Mat3, Vec3, vec3};
 
-/// The height of the top of the foot above the ground, in metres.
+/// The height above the ground at which the round foot of a bust ends and the stem of the bust begins, in metres.
 const FOOT: f32 = 0.135;
 /// The height of the middle of the head above the ground, in metres.
 const HEAD: f32 = 0.545;
@@ -41,8 +41,8 @@ impl Sitter {
         }
     }
 
-    /// The signed distance to the face without hair. The origin is the middle of the head. `m` is the point, mirrored to the
-    /// side +x, which makes the face symmetric.
+    /// The signed distance in metres from the point `m` to the face without hair. The origin is the middle of the head. The
+    /// caller mirrors the point to the side +x, so that the face is symmetric.
     fn face(&self, m: Vec3) -> f32 {
         let mut d = ellipsoid(m, vec3(0.0, 0.035, -0.012), vec3(0.074, 0.09, 0.094));
         let jaw = vec3(0.06 * self.jaw, 0.088, 0.07);
@@ -72,8 +72,8 @@ impl Sitter {
         d
     }
 
-    /// The signed distance to the hair, from the point `p` relative to the middle of the head. The hair is drawn back in
-    /// locks from the brow to a knot, and held by a ribbon.
+    /// The signed distance in metres from the point `p` to the hair. The origin is the middle of the head. The hair is drawn
+    /// back in locks from the brow to a knot, and held by a ribbon.
     fn hair(&self, p: Vec3) -> f32 {
         let ripple = |angle: f32| 0.005 * (angle * self.locks).cos();
         let cap = ellipsoid(p, vec3(0.0, 0.045, -0.024), vec3(0.087, 0.091, 0.1));
@@ -88,8 +88,9 @@ impl Sitter {
         join(d, knot.length() - 0.042 - twist, 0.02)
     }
 
-    /// The signed distance to the torso, from the point `p` relative to the middle of the head. The torso is neck, shoulders
-    /// and chest, down to the stem that stands on the foot. `m` is `p` mirrored to the side +x.
+    /// The signed distance in metres from the point `p` to the torso: neck, shoulders and chest, down to the stem that
+    /// stands on the foot of the bust. The origin is the middle of the head. `m` is `p` mirrored to the side +x; all parts
+    /// but the folds of the cloth are computed from it, so that they are symmetric.
     fn torso(&self, p: Vec3, m: Vec3) -> f32 {
         let mut d = ellipsoid(m, vec3(0.0, -0.33, -0.012), vec3(0.165, 0.16, 0.092));
         let shoulder = ellipsoid(m, vec3(0.16, -0.27, -0.025), vec3(0.062, 0.075, 0.062));
@@ -124,8 +125,9 @@ impl Sitter {
         join(join(head, neck, 0.025), self.torso(p, m), 0.03)
     }
 
-    /// Moves a point `p` of the upright bust to its position in the random pose of this bust. The head turns and tilts, the
-    /// neck follows in part, and the chest stays.
+    /// Converts a point `p` of the upright bust, whose head looks ahead, to its position in the random pose of this bust.
+    /// Both have the middle of the head of the upright bust as origin, in metres. The head turns and tilts, the neck follows
+    /// in part, and the chest stays.
     fn posed(&self, p: Vec3) -> Vec3 {
         let pivot = vec3(0.0, -0.1, -0.025);
         let t = ((p.y + 0.22) / 0.16).clamp(0.0, 1.0);

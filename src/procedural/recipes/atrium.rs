@@ -167,8 +167,9 @@ fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
     }
 }
 
-/// Adds the outer walls, the ceilings, the upper floor, the cornices and the beams. `half` has half the sizes of the court
-/// along X and Z, up to the middle planes of the arcades.
+/// Adds the parts of the building around the court: the outer walls, the ceilings, the upper floor, the cornices and the
+/// beams. `half` has half the sizes of the court along X and Z in metres, measured to the middle planes of the arcades.
+/// `sides` are the four sides of the court: from each of their columns, a beam goes to the outer wall.
 fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
     let outer = half + GALLERY;
     let fresco = Material::lambert("gallery wall", vec3(0.5, 0.3, 0.17));
@@ -285,9 +286,9 @@ fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     }
 }
 
-/// Adds a lamp that emits `light`. It hangs at the height `y[0]` from a ceiling at the height `y[1]`. Seen from above, it is
-/// on the line from `eye` through `behind`, `beyond` times as far from `eye` as `behind` is. An object that the caller adds
-/// at `behind` hides the lamp from `eye`.
+/// Adds a lamp that emits the radiance `light` (linear RGB). It hangs at the height `y[0]` from a ceiling at the height
+/// `y[1]`, in metres. Seen from above, it is on the line from `eye` through `behind`, `beyond` times as far from `eye` as
+/// `behind` is. An object that the caller adds at `behind` hides the lamp from `eye`.
 fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
     let [y, ceiling] = y;
     let to = (eye + (behind - eye) * beyond).with_y(y);

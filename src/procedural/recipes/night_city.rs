@@ -136,8 +136,9 @@ fn shop(model: &mut Model, random: &mut Random, side: f32, z: f32, width: f32) {
     );
 }
 
-/// Adds a neon sign at the coordinate `z`, perpendicular to the front of a building: a dark board with rows of glowing bars
-/// on both faces. `height` is the height of the building in metres, which limits the height of the sign.
+/// Adds a neon sign, perpendicular to the front of a building: a dark board with rows of glowing bars on both faces. `side`
+/// is −1 for the left side of the street and 1 for the right. `z` is the z coordinate of the board's middle, in metres.
+/// `height` is the height of the building in metres; the sign does not reach higher.
 fn neon(model: &mut Model, random: &mut Random, side: f32, z: f32, height: f32) {
     let color = random.pick(&[
         [9.0, 0.7, 2.2],

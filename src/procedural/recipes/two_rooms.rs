@@ -89,8 +89,8 @@ fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     model.add(front, Shape::quad(corner(HOLE.0, HOLE_TOP), across, deep));
 }
 
-/// Adds the frame around the door. A narrow edge of the frame stops the door when it shuts; it touches the door on all four
-/// sides, so that no light leaks through.
+/// Adds the frame around the door, on the left, on the right and at the top. Narrow bars along the inner edges of the frame,
+/// and one on the floor, stop the door when it shuts. They touch the door on all four sides, so that no light leaks through.
 fn door_frame(model: &mut Model, paint: &Material) {
     let mut bar = |x: [f32; 2], y: [f32; 2], z: [f32; 2]| {
         let (low, high) = (Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));

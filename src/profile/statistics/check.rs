@@ -15,8 +15,9 @@ pub struct Slack {
     pub code: f64,
 }
 
-/// The tolerance with which [`compare`] compares. Spilled registers, scratch memory, shared memory and occupancy have no
-/// tolerance: if they are worse at all, `headwater statistics --against` fails.
+/// The tolerance of [`compare`] for vector registers, code size and number of instructions. The other compared values
+/// (spilled registers, scratch memory, shared memory and occupancy) have no tolerance: if one of them is worse at all,
+/// `headwater statistics --against` fails.
 pub const SLACK: Slack = Slack {
     vgprs: 8,
     code: 0.02,

@@ -96,10 +96,9 @@ impl Compiler {
         tracers
     }
 
-    /// Makes every pipeline that one tracer needs to render a scene, with each of the [`CONFIGURATIONS`] (named settings).
-    /// The shaders are compiled in the variant that [`selection::select`] chooses for the device and the scene. `name` is
-    /// the name by which the result lists the scene. `watch` is called before each configuration; if it returns an error,
-    /// the work ends.
+    /// Makes every pipeline that `tracer` needs to render `scene`, with each of the [`CONFIGURATIONS`] (named settings). How
+    /// shaders access buffers and textures is chosen by [`selection::select`] for the device and the scene. `name` is the
+    /// name of the scene in the result. `watch` is called before each configuration; if it returns an error, the work ends.
     ///
     /// # Errors
     /// The tracer or the device does not fit the scene, the driver rejects a shader, or the errors of `watch`.

@@ -23,19 +23,23 @@ use std::path::Path;
 /// can share a pipeline. An optional value is `None` if the driver does not report it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pipeline {
-    /// Name of the device for which the pass was compiled.
+    /// Name of the device for which the pass was compiled. Only pipelines of the same device and driver are compared.
     pub device: String,
-    /// Name and version of the driver that compiled the pass, as one text.
+    /// Name and version of the driver that compiled the pass, as one text. Only pipelines of the same driver and device are
+    /// compared.
     pub driver: String,
     /// Name of the tracer (the method that traces rays) for which the pass was compiled: `ray-query` or `compute-bvh`.
     pub tracer: String,
-    /// Name of the pass. If there are several variants of its SPIR-V, several pipelines have the same name.
+    /// Name of the pass. Several pipelines can have the same name, because the SPIR-V of a pass depends on the scene and the
+    /// settings.
     pub pass: String,
-    /// Names of the scenes that are rendered with this pipeline.
+    /// Names of the scenes that are rendered with this pipeline. A pipeline is compared with a stored one that has scenes in
+    /// common with it.
     pub scenes: Vec<String>,
-    /// Names of the [configurations](CONFIGURATIONS) (named settings) that use this pipeline.
+    /// Names of the [configurations](CONFIGURATIONS) (named settings) that use this pipeline. A pipeline is compared with a
+    /// stored one that has configurations in common with it.
     pub settings: Vec<String>,
-    /// Number of invocations in a subgroup of the pass; 0 if the driver does not report it.
+    /// Number of invocations in a subgroup of the pass, which tables show; 0 if the driver does not report it.
     pub subgroup_size: u32,
     /// Number of vector registers that each invocation uses.
     pub vgprs: Option<u64>,
@@ -59,9 +63,9 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Copies the values of the compiler's report into the pipeline, and computes its occupancy. `most_waves` is the value
-    /// of `waves` for a shader that needs no registers. If `most_waves` is `None`, or the report lacks `waves`, the
-    /// occupancy is `None`, too.
+    /// Copies the values of the compiler's report into the pipeline, and computes its occupancy. `most_waves` is the largest
+    /// possible [`Self::waves`]: the number of subgroups that a SIMD unit holds at once if the shader needs no registers. If
+    /// it is `None`, or the report does not contain `waves`, the occupancy is `None`, too.
     fn set(&mut self, report: &CompilerReport, most_waves: Option<f64>) {
         self.subgroup_size = report.subgroup_size;
         self.vgprs = value(report, "VGPRs");

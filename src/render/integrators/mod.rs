@@ -68,8 +68,9 @@ pub trait Integrator {
         self.render(index, camera, sums).map(Some)
     }
 
-    /// The buffer with the radiance of the last frame: three 32-bit floats (RGB, in the device's unit of radiance) per
-    /// pixel, row by row from the top. `None` for path tracing, which writes only sums of radiance.
+    /// The buffer with the radiance of the last frame: three 32-bit floats (RGB) per pixel, row by row from the top. Its
+    /// unit of radiance is that in which the scene is stored on the device. `None` for path tracing, which writes only sums
+    /// of radiance.
     fn color(&self) -> Option<&Buffer>;
 
     /// Sets the seed of the next frames, and forgets all earlier frames: the next frame reuses nothing, and all counters are

@@ -1,5 +1,5 @@
-//! Path tracing with multiple importance sampling (MIS). Its samples are added up over several calls. It is the unbiased
-//! reference with which all other estimators are compared.
+//! Path tracing with multiple importance sampling (MIS). Each call adds samples to the sums of radiance, so a picture can
+//! consist of the samples of many calls. It is the unbiased reference with which all other estimators are compared.
 
 use super::Integrator;
 use crate::base::progress::Watch;
@@ -40,12 +40,12 @@ pub struct PathTracer {
 }
 
 impl PathTracer {
-    /// Makes the integrator: the pass `path_trace`, its counters, and the buffers of `sums`, to which the pass adds
-    /// radiance. If `counting` is true, the pass also counts rays and lanes, which costs time.
+    /// Makes the integrator with its pass `path_trace` and its counters. Also makes the buffers of `sums`, to which the pass
+    /// adds radiance. If `counting` is true, the pass also counts rays, lanes in use and bytes, which costs time.
     ///
     /// # Errors
-    /// The buffers exceed a limit or the free memory of the device, the picture is wider than the device can bind or
-    /// dispatch, or the shader's interface cannot be bound by name.
+    /// The buffers exceed a limit or the free memory of the device, one row of the picture is too wide for the device to
+    /// bind or dispatch it, or the shader's interface cannot be bound by name.
     pub fn new(
         device: &Arc<Device>,
         bindings: &Arc<SceneBindings>,
@@ -99,8 +99,8 @@ impl Integrator for PathTracer {
     }
 
     /// # Errors
-    /// The device fails, the driver ended loops early (if it limits the number of loop iterations), or the errors of
-    /// `watch`.
+    /// The device fails, or `watch` returns an error. On drivers that limit the number of loop iterations: a loop was ended
+    /// early.
     fn add(
         &mut self,
         first: u32,

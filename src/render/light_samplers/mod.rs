@@ -1,6 +1,6 @@
 //! Light samplers (methods that draw lights for candidates) that have buffers or passes: light lists and the hash grid. The
-//! settings, passes and buffers of each are in a folder here, and its shaders in a folder of `glsl/lights/samplers`. The
-//! file `pixel_samples.glsl` there draws a pixel's candidates of direct light, with any light sampler.
+//! settings, passes and buffers of each are in a folder here, and its shaders in a folder of `glsl/lights/samplers`. A pixel
+//! draws its candidates of direct light in `glsl/lights/samplers/pixel_samples.glsl`, with any light sampler.
 
 pub mod hash_grid;
 pub mod light_bvh;
@@ -27,7 +27,7 @@ pub trait LightSampler {
     fn set_constants(&self, _constants: &mut RestirConstants) {}
 
     /// Records the passes that fill the buffers for this frame. It records nothing if the buffers stay as they are. `restir`
-    /// is the buffer of the constants of direct light.
+    /// is the buffer with the constants of direct light, which these passes bind.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
@@ -67,7 +67,8 @@ pub struct SamplerInputs<'a> {
     pub settings: SamplerSettings<'a>,
     /// The view: the size of the picture, from which the number of light lists or of reservoirs follows.
     pub view: &'a ViewConstants,
-    /// The size of one reservoir of direct light, in bytes. The reservoirs of the hash grid have the same size.
+    /// The size of one reservoir of direct light, in bytes. The hash grid stores reservoirs of this size, so the size of its
+    /// buffer follows from it.
     pub reservoir_bytes: u64,
     /// Makes the compute pass with the given name. Its specialisation constants are those of the passes of direct light.
     pub pass: &'a dyn Fn(&str) -> Result<ComputePass>,

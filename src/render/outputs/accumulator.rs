@@ -34,8 +34,8 @@ pub struct Accumulator {
 }
 
 impl Accumulator {
-    /// Makes sums without samples for a picture of `width` × `height` pixels; the buffers are made later. [`Self::add`]
-    /// makes its pass from `bindings`, the resources of the scene.
+    /// Makes the sums of a picture of `width` × `height` pixels, without samples. Their buffers are made only when they are
+    /// needed, by [`Self::strips`]. [`Self::add`] makes its pass from `bindings`, the resources of the scene.
     pub fn new(
         device: &Arc<Device>,
         bindings: &Arc<SceneBindings>,
@@ -53,9 +53,9 @@ impl Accumulator {
         }
     }
 
-    /// The strips of the picture (groups of whole rows) from top to bottom, each with the buffer of its pixels' sums. A pass
-    /// of the caller can add samples to the sums; the caller must then call [`Self::count`]. The first call makes the
-    /// buffers.
+    /// The strips of the picture (groups of whole rows) from top to bottom, each with the buffer of its pixels' sums. If the
+    /// buffers do not exist yet, this method makes them. A pass of the caller can add samples to the sums; the caller must
+    /// then call [`Self::count`].
     ///
     /// # Errors
     /// The sums need more memory than the device has, or the picture is wider than the device can bind or dispatch.
@@ -131,7 +131,7 @@ impl Accumulator {
     }
 
     /// Continues an earlier run: replaces the sums of all pixels by `sums`, one entry per pixel, row by row from the top.
-    /// `samples` is the number of samples that these sums contain.
+    /// `samples` is the number of samples per pixel that these sums contain.
     ///
     /// # Errors
     /// `sums` has fewer entries than the picture has pixels, one of the errors of [`Self::strips`] occurs, or the device

@@ -45,9 +45,9 @@ impl PrimarySurfaces {
         })
     }
 
-    /// Finds the surfaces that the camera of `constants` sees in the current pose of the scene, one per pixel, row by row
-    /// from the top. Depths are in the device's unit of length; a depth of 0 means that the pixel shows no surface.
-    /// `previous` is the camera of the previous frame, from which motion vectors are computed.
+    /// Finds the surfaces that the camera of `constants` sees in the current pose of the scene (its state at one time), one
+    /// per pixel, row by row from the top. Depths are in the device's unit of length; a depth of 0 means that the pixel
+    /// shows no surface. `previous` is the camera of the previous frame, from which motion vectors are computed.
     pub fn read(
         &self,
         constants: &FrameConstants,

@@ -75,9 +75,9 @@ impl Direct {
         self.bsdf_samples > 0 && self.resampling.visibility != Visibility::Final
     }
 
-    /// True if a separate pass traces the first BSDF ray of each pixel, its pilot, which is a candidate of direct light.
-    /// This is so if direct light has BSDF candidates, and either `paths` is true or pilots decide which pixels draw more
-    /// BSDF candidates. `paths` is true if the paths of indirect light also begin with pilots.
+    /// True if a separate pass traces the pilot of each pixel: its first BSDF ray, whose hit is a candidate of direct light.
+    /// The pass is needed if the paths of indirect light also begin with pilots (`paths`), or if pilots decide which pixels
+    /// draw more BSDF candidates. Always false if direct light has no BSDF candidates.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }

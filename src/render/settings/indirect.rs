@@ -38,8 +38,8 @@ pub enum Shift {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Secondary {
-    /// Each vertex draws one light sample, on a light that is drawn in proportion to its power. This is fastest, with more
-    /// noise than `ris`.
+    /// Each vertex draws only one light sample, by the method of `indirect.candidates`. This is fastest, with more noise
+    /// than `ris`.
     Power,
     /// A vertex draws `indirect.light_samples` light samples, and selects one of them by the target function at the vertex
     /// (resampled importance sampling).
@@ -57,8 +57,9 @@ pub struct Indirect {
     /// The estimator of indirect light, which is light that is scattered at least twice: `restir`, `path` for paths without
     /// reuse, or `off`. With `--bounces 1` or less there is no indirect light.
     pub mode: IndirectMode,
-    /// The way in which each vertex of a path draws a light sample (next-event estimation). Unbiased, except for
-    /// `world-reservoirs` with `world_reservoirs.mode=published`.
+    /// The way in which each vertex of a path draws light samples (next-event estimation): one sample with `power`, one that
+    /// is selected from several with `ris`, and also samples of the previous frame with `world-reservoirs`. Unbiased, except
+    /// for `world-reservoirs` with `world_reservoirs.mode=published`.
     pub secondary: Secondary,
     /// The settings of resampling that direct and indirect light both have, here with the values for indirect light.
     #[serde(flatten)]
@@ -66,13 +67,13 @@ pub struct Indirect {
     /// The reconnection shift, by which a pixel reuses the path of another pixel from its second vertex on. `biased` costs
     /// less time, but is biased.
     pub shift: Shift,
-    /// Limit of reuse between two pixels or frames. Each of the two sees the path's second vertex from its own surface,
-    /// under a solid angle. A path is not reused if one of these solid angles is more than this many times the other. Below
-    /// 1: no limit. Lower: fewer outliers, less reuse. Unbiased at any value.
+    /// Limit of reuse of a path between two pixels or frames. Seen from the surface of each of the two, a small area around
+    /// the path's second vertex covers a solid angle. The path is not reused if one of these solid angles is more than this
+    /// many times the other. Below 1: no limit. Lower: fewer outliers, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub jacobian_limit: f32,
-    /// Limit of reuse between two pixels or frames, each with its own surface. A path is not reused if its second vertex is
-    /// too close to one of these surfaces: closer than this fraction of the surface's distance from the camera. 0: no limit.
+    /// Limit of reuse of a path between two pixels or frames. The path is not reused if its second vertex is too close to
+    /// the surface of one of the two: closer than this fraction of that surface's distance from the camera. 0: no limit.
     /// Higher: fewer outliers in corners, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_distance: f32,

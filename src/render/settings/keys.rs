@@ -58,9 +58,9 @@ impl Settings {
         Ok(settings)
     }
 
-    /// A copy of these settings in which `changes` are made, a tree of values that was parsed from the TOML text `source`.
-    /// `path` lists the keys and indices that lead from the root of the text to the table of the changes, and is empty if
-    /// this table is the root. With it, an error names the line of the wrong setting, unlike that of [`Self::with`].
+    /// A copy of these settings with `changes`, a JSON tree that was parsed from the TOML text `source`. `path` lists the
+    /// keys and indices that lead from the root of the text to the table of the changes; it is empty if this table is the
+    /// root. From `source` and `path`, the message of an error can name the line of the wrong setting.
     ///
     /// # Errors
     /// The errors of [`Self::with`]; the message also names the TOML text and the line.
@@ -172,9 +172,9 @@ fn values_of(field: &'static Value) -> String {
     }
 }
 
-/// True if the number `value` is between the minimum and the maximum of its setting, both included; otherwise the change is
-/// refused. `field` is the schema of the setting, and a missing limit allows all numbers. Always true if `value` is not a
-/// number.
+/// True if the number `value` is between the minimum and the maximum of its setting, both included, so that the setting may
+/// be changed to it. `field` is the JSON schema of the setting; if it has no minimum or no maximum, there is no such limit.
+/// Always true if `value` is not a number.
 fn in_range(field: &Value, value: &Value) -> bool {
     let bound = |name: &str| field.get(name).and_then(Value::as_f64);
     value.as_f64().is_none_or(|number| {

@@ -86,9 +86,9 @@ pub enum Variant {
     /// these features.
     #[default]
     Auto,
-    /// The shaders contain the code for all features, for comparison with `auto`. Three parts are still compiled only if the
-    /// scene requires them: code for motion, which reuses fewer samples, code for large triangles, which rounds points
-    /// differently, and code for blended surfaces, which traces more rays.
+    /// The shaders contain the code for features that the scene lacks too, so that its cost can be measured against `auto`.
+    /// Three parts are still compiled only if the scene requires them, because they would change the rays or the picture:
+    /// code for motion, for large triangles, and for blended surfaces.
     Full,
 }
 

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidates {
-    /// The scene decides: `light-bvh` if it has at least 64 lights and they form more than one emitter group (triangles with
-    /// common corners form one group), otherwise `power`. Infinitely distant lights do not count, nor do rare lights (the
-    /// dimmest ones) if they have separate candidates.
+    /// The scene decides: `light-bvh` if it has at least 64 lights and they form more than one emitter group, otherwise
+    /// `power`. Emissive triangles with common corners form one group, and each other light is a group of its own.
+    /// Infinitely distant lights do not count, nor do rare lights (the dimmest ones) if they have separate candidates.
     #[default]
     Auto,
     /// All lights of the scene have the same probability.
@@ -19,9 +19,10 @@ pub enum Candidates {
     /// Nine of ten draws select a light in proportion to its power (area × luminance for a triangle). One of ten draws
     /// selects each light with the same probability.
     Power,
-    /// Most lights are drawn from a tree of lights, by their expected contribution at the shading point; a fraction of the
-    /// candidates is drawn among all lights, with the probabilities of `light_bvh.rest`. For indirect light, the second
-    /// vertices of paths draw from the tree, and later vertices draw all candidates among all lights.
+    /// Most candidates are drawn from a tree of lights, among the lights that a walk finds at the shading point, with the
+    /// probabilities of `light_bvh.choice`. The others are drawn among all lights, with the probabilities of
+    /// `light_bvh.rest`. For indirect light, the second vertices of paths draw from the tree, and later vertices draw all
+    /// candidates among all lights.
     LightBvh,
     /// Lights are drawn by power, and the pixel selects one sample. It then merges this sample with reservoirs of a hash
     /// grid, which stores reservoirs in cells of space. For indirect light, `hash-grid` means `power`.
@@ -179,10 +180,10 @@ pub struct Resampling {
     /// candidate, no ray. Unbiased at any value.
     #[schemars(range(min = 1, max = 1024))]
     pub light_samples: u32,
-    /// Minimum probability that a pixel traces a shadow ray to a rare emitter; a path vertex traces it with exactly this
-    /// probability. Rare emitters are the dimmest ones: together they have less than 1/96 of all power, and each has less
-    /// than 1/8 of the mean power. Brighter but hidden emitters would win against them in resampling, so rare emitters have
-    /// separate candidates, without reuse. 0: they are resampled like all other emitters. No effect unless
+    /// Minimum probability that a pixel traces a shadow ray to a rare emitter in a frame; a path vertex traces it with
+    /// exactly this probability. Rare emitters are the dimmest ones: together they have less than 1/96 of all power, and
+    /// each has less than 1/8 of the mean power. They have separate candidates without reuse, because brighter but hidden
+    /// emitters would win against them in resampling. 0: they are resampled like all other emitters. No effect unless
     /// `visibility=weights`. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 0.95))]
     pub rare_lights: f32,
@@ -190,8 +191,9 @@ pub struct Resampling {
     /// or none. Unbiased at any value. For indirect light in motion, only paths that reach a light directly from their
     /// second vertex are reused over time.
     pub reuse: ReuseMode,
-    /// The MIS weights of samples in a merge of reservoirs. `constant` is cheapest, but biased. `balance` has the least
-    /// noise, but its cost grows with the square of the number of neighbours.
+    /// The MIS weights of samples in a merge of reservoirs. `constant` is cheapest, but biased; the others are unbiased.
+    /// `pairwise` and `defensive` cost time in proportion to the number of neighbours. `balance` has the least noise, but
+    /// its cost grows with the square of this number.
     pub mis: Mis,
     /// The step of resampling at which shadow rays test whether samples are visible. `initial` and `none` are biased.
     /// Candidates of indirect light are traced paths, which never reach hidden surfaces: for them only `weights` is

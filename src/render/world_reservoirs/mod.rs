@@ -31,8 +31,8 @@ pub struct WorldLight {
     /// The table that lists the reservoirs of each cell of space. It is made after the paths of a frame are traced, so that
     /// vertices of the next frame find the reservoirs that this frame stored in their cell.
     pub table: WorldTable,
-    /// The settings and sizes that shaders read. The buffer addresses in it are zeros; [`Self::begin_frame`] writes the
-    /// addresses of each frame to a copy.
+    /// The constants of world reservoirs that shaders read: settings and sizes. The buffer addresses in them are zeros here.
+    /// The constants of each frame begin as a copy, into which [`Self::begin_frame`] writes the addresses.
     pub constants: WorldConstants,
 }
 
@@ -66,11 +66,11 @@ impl WorldSize {
         }
     }
 
-    /// Checks that the number of vertices is small enough for the lists of the table, whose entries have `WORLD_VERTEX_BITS`
-    /// bits for the index of a vertex. With more vertices, an entry could name a wrong one.
+    /// Checks that the lists of the table can name every vertex: an entry has only `WORLD_VERTEX_BITS` bits for the index of
+    /// a vertex plus 1. With more vertices, an entry could name a wrong one.
     ///
     /// # Errors
-    /// There are more vertices than an index of `WORLD_VERTEX_BITS` bits can name.
+    /// There are more vertices than `WORLD_VERTEX_BITS` bits can name.
     pub fn check(&self) -> Result<()> {
         let vertices = self.table.vertices;
         let most = (1 << WORLD_VERTEX_BITS) - 1;

@@ -1,5 +1,6 @@
 //! Exclusive prefix sums on the device: each value of an array is replaced by the sum of all values before it. The table of
-//! world reservoirs (reservoirs of path vertices) computes with them, from the lengths of its lists, where each list begins.
+//! world reservoirs (reservoirs of path vertices) uses them to compute where each of its lists begins, from the lengths of
+//! the lists.
 
 use crate::Result;
 use crate::gpu::{Buffer, ComputePass, Recording, in_rows};
@@ -23,8 +24,8 @@ pub struct PrefixSum {
 }
 
 impl PrefixSum {
-    /// Makes the passes that sum `count` values of a buffer. The first of these values has the index `first` in the buffer.
-    /// `pass` makes the compute pass with a given name.
+    /// Makes the two passes that replace each of `count` values in a buffer by the sum of the values before it. The first of
+    /// these values has the index `first` in the buffer. `pass` makes the compute pass with a given name.
     ///
     /// # Errors
     /// The errors of `pass`.
@@ -42,8 +43,8 @@ impl PrefixSum {
         })
     }
 
-    /// The number of 32-bit words that the buffer must have for a prefix sum of `count` values, counted from the first
-    /// value. The words are the values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
+    /// The number of 32-bit words that the buffer must have, from the first value on, for a prefix sum of `count` values.
+    /// The words are the values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
         // The sum of the last block is written too.

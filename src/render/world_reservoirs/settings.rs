@@ -9,10 +9,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WorldMode {
-    /// The weight of a sample follows from its target function at the merged vertices (defensive weights): unbiased.
+    /// The MIS weight of a sample follows from its target function at the vertices of all merged reservoirs (defensive
+    /// weights). This is unbiased.
     #[default]
     Unbiased,
-    /// The weight of a sample follows from the confidence of its reservoir alone: biased, as published (Boissé 2021).
+    /// The MIS weight of a sample follows from the confidence of its reservoir alone. This is biased, as published (Boissé
+    /// 2021).
     Published,
 }
 
@@ -23,10 +25,10 @@ pub enum WorldStores {
     /// The sample that a matte white surface at the vertex would select from the vertex's own light candidates, as published
     /// (Boissé 2021). So no sample is passed on over several frames.
     Initial,
-    /// The sample that the merge selected, so that samples are passed on from frame to frame. A merge weights each stored
-    /// sample as if a matte white surface had selected it. Metal and surfaces with interpolated normals can never select
-    /// some of the light that a matte white surface reflects. To avoid bias, vertices on them store the sample that
-    /// `initial` stores.
+    /// The sample that the vertex selected in its merge, so that samples are passed on from frame to frame. A later merge
+    /// computes MIS weights as if a matte white surface at the vertex had selected the sample. Metal and surfaces with
+    /// interpolated normals cannot select all light that such a surface reflects. Vertices on them therefore store the
+    /// sample of `initial`, since the merge would otherwise be biased.
     #[default]
     Merged,
 }
@@ -41,9 +43,9 @@ pub struct WorldReservoirsSettings {
     pub mode: WorldMode,
     /// The light sample that a vertex stores for vertices of the next frame. No effect on bias.
     pub stores: WorldStores,
-    /// Side of a cell of space, as the number of pixels that it spans in the picture. In the scene, the side is rounded to
-    /// the next lower or higher power of two, at random. Higher: a vertex can choose from more reservoirs, which fit it less
-    /// well. Unbiased at any value.
+    /// Side of a cell of space, as the number of pixels that it spans in the picture. In the scene, the side is rounded at
+    /// random to the next lower or higher power of two (in the device's unit of length), so that cells stay in place while
+    /// the camera moves. Higher: a vertex can choose from more reservoirs, which fit it less well. Unbiased at any value.
     #[schemars(range(min = 1, max = 4096))]
     pub cell: u32,
     /// Number of bins of normals along each side of the octahedral map: 8 means 64 bins. A vertex merges only reservoirs in
@@ -51,8 +53,9 @@ pub struct WorldReservoirsSettings {
     /// at any value.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
-    /// Width of the range around a vertex in which a point is picked at random. The vertex merges reservoirs of the cell at
-    /// this point. Unit: cells. Lower: the borders of cells become visible in the noise. Unbiased at any value.
+    /// Width of the range on the surface around a vertex in which a random point is picked; the vertex merges reservoirs of
+    /// the cell at this point. Unit: cells. 0: the vertex's own cell. Lower: the borders of cells become visible in the
+    /// noise. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 16.0))]
     pub jitter: f32,
     /// Maximum number of world reservoirs that a vertex merges with its own light sample. Higher: each vertex benefits from
@@ -69,10 +72,11 @@ pub struct WorldReservoirsSettings {
     /// slot are not used, so there is more noise. Unbiased at any value.
     #[schemars(range(min = 1e-9, max = 1000.0))]
     pub table: f64,
-    /// Minimum number of lights in a scene that has world reservoirs. With fewer lights, the light candidates of a vertex
-    /// find the lights that matter. Infinitely distant lights do not count, nor do rare lights (the dimmest ones) if they
-    /// have separate candidates. A scene with a single emitter group, of any number of triangles, has no world reservoirs
-    /// either. 0: every scene has world reservoirs.
+    /// Minimum number of lights for world reservoirs. They are switched off in scenes with fewer lights, because there the
+    /// light candidates of a vertex find the lights that matter without them. Infinitely distant lights do not count, nor do
+    /// rare lights (the dimmest ones) if they have separate candidates. World reservoirs are also switched off if all lights
+    /// are triangles of a single emitter group (triangles with common corners form one group). 0: every scene has world
+    /// reservoirs.
     #[schemars(range(min = 0, max = 1000000000))]
     pub min_lights: u32,
     /// Maximum number of vertices of each path that store and merge world reservoirs, counted from the second vertex on.

@@ -114,12 +114,13 @@ impl TableSize {
 pub struct WorldTable {
     passes: Option<Passes>,
     groups: [u32; 3],
-    /// One word per vertex, from which the lists are made: the key of its cell, or 0 if the vertex has no cell. Then
-    /// `world_count` replaces the key by the slot of the cell plus 1, or by 0 if the table has no slot for the cell.
+    /// One 32-bit word per vertex, from which the lists are made. The pass that traces the paths writes the key of the
+    /// vertex's cell; the word stays 0 if no path reaches the vertex. Later, `world_count` replaces the key by the slot of
+    /// the cell plus 1, or by 0 if the table has no slot for the cell.
     pub keys: Buffer,
-    /// First one word per slot: the key of its cell, or 0 if the slot is free. Then one word per slot, and one more: the
-    /// index in `list` at which the list of the slot's cell begins, which is also where the list before it ends. The rest of
-    /// the buffer is used by the prefix sum.
+    /// The cells in the table, in 32-bit words. The first part has one word per slot: the key of its cell, or 0 if the slot
+    /// is free. The second part has one word per slot, and one more: the index in `list` at which the list of the slot's
+    /// cell begins, and the list before it ends. The prefix sum uses the rest of the buffer.
     pub cells: Buffer,
     /// The lists of all cells, one after the other, from which vertices of the next frame pick. An entry is the index of a
     /// vertex plus 1 in the lower `WORLD_VERTEX_BITS` bits, with random bits above; 0 is an entry without a vertex. If two

@@ -6,17 +6,17 @@ use crate::render::history::History;
 use crate::shader_interface::WorldAddresses;
 
 /// The world reservoirs of one frame, which vertices of the next frame merge. There is one per path vertex: first those of
-/// the second vertices of all paths, in the order of pixel slots, then those of the third vertices, and so on. Points and
-/// samples are in separate buffers, because a device may be unable to bind both together.
+/// the second vertices of all paths, in the order in which pixels are stored (`reservoirs.order`), then those of the third
+/// vertices, and so on. Points and samples are in separate buffers, because a device may be unable to bind both together.
 pub struct WorldVertices {
     /// The position and the normal of each vertex, as an array of `GpuGridPoint`, in the device's world space and unit of
     /// length. A merge evaluates light samples at these points to compute MIS weights.
     pub points: Buffer,
     /// The light sample, contribution weight and confidence of each vertex, as an array of `GpuWorldSample` in the order of
-    /// `points`.
+    /// `points`. Vertices of the next frame merge them with their own light samples.
     pub samples: Buffer,
-    /// The device addresses of both buffers, for shaders that use addresses instead of bindings; zeros for shaders that bind
-    /// the buffers.
+    /// The device addresses of both buffers, for shaders that reach them by address, because the vertices of a large picture
+    /// may be too many for a binding. Zeros if the shaders bind the buffers.
     pub addresses: WorldAddresses,
 }
 

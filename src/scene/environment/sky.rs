@@ -18,8 +18,8 @@ const KILOCANDELAS: f64 = 10.0;
 /// The angular radius of the sun's disc as seen from the ground, in radians: half of its apparent diameter.
 const SUN_RADIUS: f64 = 0.2665 * PI / 180.0;
 
-/// The parameters of a generated sky. The user writes them as `sky:KEY=VALUE,KEY=VALUE`, with the names of the fields as
-/// keys.
+/// The parameters of a generated sky, from which [`Sky::environment`] computes the image of an environment. The user gives
+/// them with `--environment sky:KEY=VALUE,KEY=VALUE`; the keys are the names of the fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
     /// Elevation of the sun above the horizon in degrees, in [0, 90]; 90 is the zenith.
@@ -201,8 +201,8 @@ fn sun_irradiance(elevation: f64, turbidity: f64) -> DVec3 {
 /// function [`perez`] with its own coefficients.
 struct Dome {
     coefficients: [[f64; 5]; 3],
-    /// The factor of [`perez`] for Y (in kcd/m²), x and y: the wanted value at the zenith, divided by the value of [`perez`]
-    /// at the zenith.
+    /// The factors by which the values of [`perez`] for Y (in kcd/m²), x and y are multiplied. Each is the wanted value at
+    /// the zenith, divided by the value of [`perez`] at the zenith.
     scale: [f64; 3],
 }
 
@@ -279,10 +279,10 @@ impl Dome {
     }
 }
 
-/// The function of the sky model from which the luminance and the two chromaticities of the sky in one direction are
-/// computed (Perez et al. 1993); a factor gives its value a unit. The numbers `a` to `e` are the coefficients of the model.
-/// `cosine` is the cosine of the angle between the direction and the zenith, `sun_cosine` that of the angle between the
-/// direction and the sun.
+/// The formula of the sky model (Perez et al. 1993) for the luminance of the sky in one direction, or for one of its two
+/// chromaticities. The value is relative: [`Dome`] multiplies it by a factor to get the quantity. The numbers `a` to `e` are
+/// the coefficients of the formula. `cosine` is the cosine of the angle between the direction and the zenith, `sun_cosine`
+/// that of the angle between the direction and the sun.
 fn perez([a, b, c, d, e]: &[f64; 5], cosine: f64, sun_cosine: f64) -> f64 {
     let angle = sun_cosine.clamp(-1.0, 1.0).acos();
     (1.0 + a * (b / cosine).exp()) * (1.0 + c * (d * angle).exp() + e * sun_cosine * sun_cosine)

@@ -53,19 +53,20 @@ impl fmt::Display for CloseLight {
     }
 }
 
-/// A light that may be too close to a surface: a point, a spot, or an emissive part of an instance that is not too large for
-/// a report (see [`SMALL`]).
+/// A light that may be too close to a surface: a point, a spot, or an emitter (all triangles of one instance with one
+/// emissive material). An emitter that is too large for a report is not a candidate (see [`SMALL`]).
 struct Candidate {
     at: DVec3,
     /// The distance in scene units below which a surface is too close to the light: [`COARSE_LIGHT`] × `away`.
     reach: f64,
     /// The distance from the light to the camera, in scene units.
     away: f64,
-    /// The diagonal of the emitter's bounding box in scene units; 0 for a punctual light. If it is above [`SMALL`] times the
-    /// distance to a surface, the pair of light and surface is not reported.
+    /// The diagonal of the emitter's bounding box in scene units; 0 for a punctual light. The light is reported as too close
+    /// to a surface only if this size is at most [`SMALL`] times the distance from the light to the surface.
     size: f64,
-    /// The unit direction in world space of a spot, or the normal of a flat emitter with one emitting side: surfaces behind
-    /// such a light do not count. `None` if the light has no single direction, so that surfaces on all sides count.
+    /// The unit direction in world space of a spot, or the normal of a flat emitter with one emitting side. Surfaces behind
+    /// such a light are never reported as too close, since it does not light them. `None` if the light has no single
+    /// direction; it can then be too close to surfaces on all sides.
     front: Option<DVec3>,
     /// The instance and material of an emitter. Triangles with this instance and material are not counted as surfaces close
     /// to the emitter, since they are the emitter itself. `None` for a punctual light, which has no triangles.
@@ -125,9 +126,10 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     closest
 }
 
-/// Candidates whose reaches (see [`Candidate::reach`]) differ by less than a factor of two. They are sorted by their
-/// position along `axis`, so that a binary search finds those near a triangle. The search uses the largest reach of the
-/// list. In one list of all candidates, a single long reach would make it return nearly all of them for each triangle.
+/// Lights that may be too close to a surface, and whose reaches (see [`Candidate::reach`]) differ by less than a factor of
+/// two. They are sorted by their position along `axis`, so that a binary search finds those near a triangle. The search uses
+/// the largest reach of the list. If all lights were in one list, a single long reach would make the search return nearly
+/// all of them for each triangle.
 struct List {
     axis: usize,
     reach: f64,
@@ -135,8 +137,8 @@ struct List {
 }
 
 impl List {
-    /// The candidates of the list that are near the box `bounds`: along every axis, the distance between the candidate and
-    /// the box is at most the candidate's reach.
+    /// The lights of the list that may be too close to a surface in the box `bounds`. Along every axis, the distance between
+    /// such a light and the box is at most the light's reach. [`closest`] then compares only these lights with the surface.
     fn near(&self, bounds: &Bounds) -> impl Iterator<Item = &Candidate> {
         let (low, high) = (bounds.min[self.axis], bounds.max[self.axis]);
         let first = (self.candidates).partition_point(|c| c.at[self.axis] < low - self.reach);

@@ -13,8 +13,9 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// The factor within which a scene's size, distance from the origin, radiance or contrast counts as near its limit.
-/// `headwater scene inspect` reports a quantity that is near its limit, although the scene is still within the limit.
+/// A scene's size, distance from the origin, radiance or contrast is near its limit if it differs from the limit by less
+/// than this factor. `headwater scene inspect` reports a quantity that is near its limit, although the scene is still within
+/// the limit.
 const NEAR: f64 = 1e3;
 
 /// The largest ratio of the power of one emitter to the power of another for which tests check pictures. Above it, the light

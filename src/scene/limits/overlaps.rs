@@ -16,9 +16,9 @@ const PARALLEL: f64 = 1e-5;
 /// planes by about a tenth of this size.
 const SAME_PLANE: f64 = 1e-6;
 
-/// The offsets of four grids, as fractions of a cell. Planes are sorted into the cells of each grid by the three components
-/// of their normal and by their distance from the origin, and triangles whose planes share a cell are compared. Rounding can
-/// put two equal planes into different cells of one grid, but they nearly always share a cell of another grid.
+/// The offsets of four grids, as fractions of a cell. In each grid, a cell contains planes with nearly the same normal and
+/// distance from the origin, and triangles whose planes share a cell are compared. Rounding can put two equal planes into
+/// different cells of one grid, but they nearly always share a cell of another grid.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
 /// The number of overlapping pairs of triangles at which the search ends; the message then says that there may be more.
@@ -112,18 +112,19 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
     found
 }
 
-/// An emissive triangle in one of the strips that [`strips`] makes. A triangle that is wider than a strip is a member of
-/// several strips.
+/// An emissive triangle in one of the strips into which [`strips`] divides the triangles of a plane. A triangle that reaches
+/// into several strips has one `Member` in each of them.
 struct Member {
     light: usize,
-    /// True in the first of the triangle's strips. Two triangles can share several strips; they are compared only in the
-    /// strip where this is true for one of them, which is the first strip that they share.
+    /// True if this strip is the first of the strips that contain the triangle. Two triangles can share several strips, but
+    /// are compared only in the first one that they share. There, `begins` is true for at least one of them.
     begins: bool,
 }
 
-/// Divides emissive triangles of one plane into strips that run along the axis in which the triangles extend farthest. Only
-/// triangles of one strip are compared with each other, which saves time for an emitter of many triangles. `members` are
-/// indices into `boxes`, the bounding boxes of all triangles. Returns each strip with the index of that axis (0 is x).
+/// Divides the emissive triangles of one plane into parallel strips. Only triangles of one strip are compared with each
+/// other, which saves time for an emitter of many triangles. `members` are indices into `boxes`, the bounding boxes of all
+/// emissive triangles. Returns each strip with the index (0 is x) of the axis along which the strips run, which is the axis
+/// along which the triangles extend farthest.
 fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Member>, usize)> {
     let around = Bounds::around(members.iter().map(|light| boxes[*light]));
     let size = around.map_or(DVec3::ONE, |bounds| bounds.size());

@@ -18,7 +18,8 @@ use tracks::{Animated, Keyed, TrackFault};
 /// their state at any time. The other fields of the scene hold the state at time 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// The nodes of the tree, each after its parent, so that one pass over the array gives all transforms to the world.
+    /// The nodes of the tree of transforms by which instances, cameras and lights move. Each node comes after its parent, so
+    /// that one pass over the array computes the transform of every node to the world.
     pub nodes: Vec<Node>,
     /// One entry per instance of the scene: the index of its node in `nodes`, or `None` if the instance does not move.
     pub instances: Vec<Option<u32>>,
@@ -51,7 +52,7 @@ pub enum Transform {
 /// A transform that changes with time. It applies the scale first, then the rotation, then the translation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnimatedTransform {
-    /// Translation in the units of the parent.
+    /// Translation in the space of the parent node, in its units; for a root in world space, in scene units.
     pub translation: Animated<DVec3>,
     /// Rotation as a unit quaternion.
     pub rotation: Animated<DQuat>,
@@ -65,7 +66,7 @@ pub struct AnimatedTransform {
 pub struct Emission {
     /// Index into [`crate::scene::Scene::materials`]: the material that emits.
     pub material: u32,
-    /// Linear RGB colour, without a unit. `strength` multiplies it.
+    /// Linear RGB colour of the emission, without a unit. The emitted radiance is its product with `strength`.
     pub color: Animated<DVec3>,
     /// The radiance in W/(m²·sr) that the material emits in a channel in which `color` is 1.
     pub strength: Animated<f64>,

@@ -13,8 +13,8 @@ pub struct MovingCamera {
 }
 
 impl MovingCamera {
-    /// Copies the camera with the index `index` in [`Scene::cameras`], and the motion. An index out of range is not an error
-    /// here, but in [`MovingCamera::at`].
+    /// The camera with the index `index` in [`Scene::cameras`], with a copy of the motion of `scene`. An index out of range
+    /// is not an error here; [`MovingCamera::at`] then returns one.
     pub fn of(scene: &Scene, index: usize) -> Self {
         let cameras = Scene {
             cameras: scene.cameras.clone(),

@@ -21,8 +21,8 @@ pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self>
     /// True if no component is NaN or infinite. Other values are refused as keys and tangents.
     fn is_finite(self) -> bool;
 
-    /// The reason why this value cannot be a key, such as `is not finite`, as the end of a message that begins with the key;
-    /// `None` if it is valid.
+    /// The reason why this value cannot be a key, such as `is not finite`; `None` if the value is valid. A message that
+    /// names the key ends with this text.
     fn fault(self) -> Option<&'static str> {
         (!self.is_finite()).then_some("is not finite")
     }
@@ -68,7 +68,7 @@ impl Keyed for DQuat {
 /// The method by which a track computes values between its keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The value of a key applies until the time of the next key, where it jumps.
+    /// Between two keys, the value is that of the earlier key. It jumps to the next key's value at the time of that key.
     Step,
     /// The value between two keys is interpolated linearly; a rotation spherically, along the shorter arc.
     Linear,
@@ -85,8 +85,8 @@ pub struct Track<T> {
     pub interpolation: Interpolation,
     /// The times of the keys in seconds: at least one, finite, not negative, and each later than the one before.
     pub times: Vec<f64>,
-    /// One value per key, in the order of `times`. With [`Interpolation::CubicSpline`] there are three entries per key: the
-    /// incoming tangent, the value, the outgoing tangent. Tangents are changes of the value per second.
+    /// The values of the keys, in the order of `times`. Each key has one entry or, with [`Interpolation::CubicSpline`],
+    /// three: the incoming tangent, the value, the outgoing tangent. Tangents are changes of the value per second.
     pub values: Vec<T>,
 }
 

@@ -6,8 +6,8 @@ use crate::scene::{PunctualLight, PunctualShape};
 use crate::{Error, Result};
 use std::f64::consts::FRAC_PI_2;
 
-/// The largest intensity of a point or a spot light, in W/sr; more is refused. With it, a light at a distance of 10⁹ units
-/// causes an irradiance of [`BRIGHTEST`].
+/// The largest intensity of a point or a spot light, in W/sr; more is refused. A light of this intensity causes an
+/// irradiance of [`BRIGHTEST`], in W/m², on a surface at a distance of 10⁹ scene units.
 const MOST_INTENSE: f32 = 1e30;
 
 /// Checks the half angles of a spot's cones, in radians, and fails unless 0 ≤ `inner` ≤ `outer` ≤ π/2 and `outer` is above

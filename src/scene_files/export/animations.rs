@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 /// list it among its extensions.
 pub const POINTER: &str = "KHR_animation_pointer";
 
-/// The JSON of one glTF node for each node of the motion, in the same order, by which the channels of the animation refer to
-/// them. The JSON of a node contains the transform that applies without the animation, and the indices of the node's
-/// children in this list.
+/// The JSON of one glTF node for each node of the motion, in the same order. The channels of the animation refer to nodes by
+/// their indices in this list. The JSON of a node contains the transform that applies without the animation, and the indices
+/// of the node's children in this list.
 pub fn nodes(motion: &Motion) -> Vec<Value> {
     let mut nodes: Vec<Value> = motion
         .nodes
@@ -43,7 +43,7 @@ pub fn add_child(parent: &mut Value, child: usize) {
     }
 }
 
-/// A transform as the 16 numbers of a glTF matrix, column by column.
+/// A transform as the 16 numbers of a glTF matrix, column by column, for the JSON of a node.
 pub fn matrix(transform: &DAffine3) -> [f64; 16] {
     DMat4::from(*transform).to_cols_array()
 }

@@ -90,9 +90,9 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// Adds a texture, with its sampler, and sets the member `slot` of `user` to a reference to it, such as the member
-    /// `normalTexture`. `user` is the JSON of a material or of an object in a material. If `texture` is `None`, nothing
-    /// changes.
+    /// Adds a texture, with its sampler, to the JSON of the file. `user` is the JSON of a material or of an object in a
+    /// material; its member `slot`, such as `normalTexture`, becomes a reference to the texture. If `texture` is `None`,
+    /// nothing changes.
     fn add(&mut self, user: &mut Value, slot: &str, texture: &Option<Texture>) {
         let Some(texture) = texture else { return };
         let filter = if texture.nearest { 9728 } else { 9729 };

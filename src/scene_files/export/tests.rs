@@ -164,7 +164,7 @@ fn an_image_with_too_few_texels_is_named() {
 
 /// Compares the elements of two scenes as texts. Returns both texts around the first difference, or the numbers of elements
 /// if these differ; `None` if the scenes are equal. `b` was read from a file, which stores the emission of materials and the
-/// intensity of lights as colour times strength. These may therefore differ by 1e-6 of their length.
+/// intensity of lights as colour times strength. These RGB vectors may therefore differ by up to 1e-6 of their length.
 fn difference(a: &Scene, b: &Scene) -> Option<String> {
     let mut b = b.clone();
     let settle = |ours: &mut Vec3, of: Vec3| {

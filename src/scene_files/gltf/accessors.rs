@@ -1,6 +1,6 @@
 //! Reads the elements of glTF accessors, such as the positions of vertices. Every range of bytes is checked, in arithmetic
-//! that cannot overflow, before its first byte is read. The memory that is allocated never depends only on a count in the
-//! file, which may be wrong.
+//! that cannot overflow, before its first byte is read. The number of elements that a file states may be wrong, so it is
+//! checked before memory for that number is allocated.
 
 use super::damaged;
 use super::document::{Accessor, Document};
@@ -12,9 +12,9 @@ use glam::{Vec2, Vec3, Vec4};
 /// element has 16 bytes, four floats.
 const ZEROS: [u8; 16] = [0; 16];
 
-/// The maximum number of elements (1,048,576) of an accessor without a buffer view that an animation uses; a file with more
-/// is refused. Such elements are 0 and take no bytes in the file, so a wrong number of elements could otherwise fill the
-/// memory with zeros.
+/// The maximum number of elements (1,048,576) that an accessor without a buffer view may have if an animation uses it; a
+/// file with more is refused. The elements of such an accessor are 0 and take no bytes in the file, so a wrong number of
+/// elements could otherwise fill the memory with zeros.
 const MAX_ZEROS: u64 = 1 << 20;
 
 /// Reads the accessors of a document from the bytes of its buffers, for meshes, animations and images.
@@ -27,8 +27,8 @@ pub struct Accessors<'a> {
     pub unfolding: &'a Unfolding,
 }
 
-/// The type of the elements of a vertex attribute, such as positions: vectors of two, three or four components. Who reads an
-/// attribute states the types that it accepts.
+/// The type of the elements of a vertex attribute: vectors of two, three or four components. The code that reads an
+/// attribute states the types that it accepts, such as three components for positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Vec2,
@@ -71,8 +71,8 @@ struct Strided<'a> {
     stride: usize,
 }
 
-/// The elements of a sparse accessor that are replaced: their indices, in ascending order, and the new value for each index.
-/// All other elements come from the accessor's buffer view, or are 0 without one.
+/// The replacements in a sparse accessor: the indices of the replaced elements, in ascending order, and the new value of
+/// each. All other elements come from the accessor's buffer view, or are 0 if it has none.
 struct Replaced<'a> {
     indices: Vec<u64>,
     values: Strided<'a>,

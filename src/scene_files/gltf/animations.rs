@@ -17,16 +17,16 @@ use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 
 /// The keyframes of all animated properties of the file, from which [`Animations::motion`] makes the motion of the scene.
-/// The keys of both maps are indices in the file: of the node whose transform changes, and of the material whose emission
-/// changes.
+/// `nodes` maps the index of a node in the file to its changing transform, and `materials` maps the index of a material in
+/// the file to its changing emission.
 #[derive(Default)]
 pub struct Animations {
     nodes: BTreeMap<usize, AnimatedTransform>,
     materials: BTreeMap<usize, Emission>,
 }
 
-/// The property that a channel of a glTF animation changes. The number is the index in the file of the node or the material
-/// that has the property.
+/// The property that a channel of a glTF animation changes, with the index in the file of the node or the material that has
+/// the property.
 enum Target {
     Translation(usize),
     Rotation(usize),
@@ -35,8 +35,9 @@ enum Target {
     EmissiveStrength(usize),
 }
 
-/// Reads the keyframes of all animation channels that change a supported property; other channels are ignored, with a notice
-/// in `tally`. `placed` are the nodes of the scene. Fails if an index or a keyframe of a channel is wrong.
+/// Reads the keyframes of all animation channels that change the translation, rotation or scale of a node, or the emission
+/// of a material. Other channels are ignored, with a notice in `tally`. `placed` are the nodes of the scene. Fails if an
+/// index or a keyframe of a channel is wrong, or if the node of a channel has a matrix.
 pub fn read(
     accessors: &Accessors<'_>,
     placed: &[Placed<'_>],
@@ -139,8 +140,8 @@ fn target(
     })
 }
 
-/// The place from which the keyframes of one channel are read: the sampler of `animation` with the index `sampler`.
-/// `animation_index` and `channel` serve messages.
+/// The place from which the keyframes of one channel are read: the sampler with the index `sampler` in `animation`. Messages
+/// state `animation_index`, the index of the animation in the file, and `channel`, a text that names the channel.
 struct Source<'a> {
     accessors: &'a Accessors<'a>,
     animation: &'a Animation,
@@ -195,9 +196,9 @@ impl Source<'_> {
         Ok(track)
     }
 
-    /// Checks that the colour or the strength at every key of a track is from 0 to [`BRIGHTEST`], both included, and
-    /// otherwise fails, because products of brighter light could overflow f32. `most` returns the smallest and the largest
-    /// channel of a value.
+    /// Fails unless the colour or the strength at every key of a track is from 0 to [`BRIGHTEST`], both included. Products
+    /// of larger values could overflow f32. `most` returns the smallest and the largest channel of a colour, or a strength
+    /// twice.
     fn check_emission<T: Keyed>(
         &self,
         track: &Track<T>,
@@ -283,9 +284,10 @@ impl Animations {
         Ok(())
     }
 
-    /// The animated transform of the node at index `node` in the file. If the node has no animated transform yet, a constant
-    /// one is inserted, which is the node's transform in the file. `None` if the scene does not contain the node. Fails if
-    /// the node has a matrix, which cannot be animated.
+    /// The animated transform of the node with the index `node` in the file, to which the caller adds keyframes. If the node
+    /// has no animated transform yet, one without keyframes is inserted, with the node's values in the file. `None` if the
+    /// scene does not contain the node. Fails if the node states a matrix instead of scale, rotation and translation, since
+    /// glTF forbids animations of such a node.
     fn moving(
         &mut self,
         source: &Source<'_>,

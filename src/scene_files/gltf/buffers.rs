@@ -82,14 +82,15 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// One entry per buffer, in the order of the document. It contains the index in `copies` of the buffer's bytes (`None`
-    /// if they are in the binary chunk), and the length of the buffer in bytes.
+    /// One entry per buffer, in the order of the document: the index in `copies` of the buffer's bytes (`None` if they are
+    /// in the binary chunk), then the length of the buffer in bytes.
     sources: Vec<(Option<usize>, usize)>,
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers of a document: from `binary`, the binary chunk, from data URIs, and from files in `folder`. Fails
-    /// if the bytes of a buffer are missing, damaged, or fewer than the document states, or if `progress` ends the loading.
+    /// Reads all buffers of a document. Their bytes are in the binary chunk (`binary`), in data URIs, or in files in
+    /// `folder`. Fails if the bytes of a buffer are missing, damaged, or fewer than the document states, or if `progress`
+    /// ends the loading.
     pub fn load(
         document: &Document,
         binary: Option<&'a [u8]>,
@@ -176,7 +177,7 @@ impl<'a> Buffers<'a> {
 }
 
 /// Opens the file that `uri` names, for a buffer. `what` names the buffer in messages. Fails if the file does not exist, or
-/// if the user does not permit files at this place.
+/// if it is outside of the scene's folder and the user does not permit such files.
 fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
     let name = file_name(what, uri)?;
     folder.open(what, &[PathBuf::from(&*name)])?.ok_or_else(|| {

@@ -224,9 +224,9 @@ pub struct Image {
     pub buffer_view: Option<u64>,
 }
 
-/// The glTF version that a file states, and the minimum version that a program must support to read it, if the file states
-/// one. Files that need a version other than 2.0 are refused. `version` is empty if the file states none, so that the file
-/// can be refused; the `gltf` crate would assume 2.0.
+/// The glTF version of a file, and the minimum version that a program must support to read it (`None` if the file states no
+/// minimum). A file is refused if its minimum version is not 2.0 or, without a minimum version, if its version does not
+/// begin with `2.`. If a file states no version, `version` is empty; the `gltf` crate would assume 2.0.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Asset {

@@ -25,8 +25,8 @@ impl Topology {
         }
     }
 
-    /// The three corners of the triangle `i` of a primitive, in counter-clockwise order, as positions in the primitive's
-    /// list of corners.
+    /// The three corners of the triangle with the index `i` of a primitive, in counter-clockwise order. Each is an index
+    /// into the primitive's list of corners.
     fn corners(self, i: u64) -> [u64; 3] {
         match self {
             Self::List => [3 * i, 3 * i + 1, 3 * i + 2],
@@ -226,8 +226,8 @@ impl<'a> Meshes<'a> {
     }
 
     /// Subtracts the memory that a primitive with `count` triangles and `corners` corners will take from the memory that the
-    /// scene may still take ([`super::unfolding`]), and enlarges the table of vertex indices. Fails if too little memory is
-    /// left.
+    /// scene may still take ([`super::unfolding`]). Also enlarges `indices_in_mesh` to at least one entry for each of the
+    /// primitive's `positions`. Fails if too little memory is left.
     fn reserve(
         &mut self,
         what: &str,

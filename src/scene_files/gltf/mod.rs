@@ -43,17 +43,19 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// The estimated memory of one object or list of the JSON, in bytes (1 KiB), with which a file is refused before it can fill
-/// the memory. It includes the parts of the scene that are made from the object or list, such as those made from a node.
+/// The estimated memory of one object or list of the JSON, in bytes (1 KiB). It adds to the estimate by which files that
+/// need too much memory are refused. It includes the parts of the scene that are made from the object or list, such as those
+/// made from a node.
 const OBJECT_BYTES: u64 = 1 << 10;
 
-/// The estimated memory, in bytes, of a string that is an item of a list or the name of an object's member, without the text
-/// of the string. It adds to the estimate by which files that need too much memory are refused. The first item or name is
-/// already part of [`OBJECT_BYTES`]. A list that begins with a number counts with this memory instead of [`OBJECT_BYTES`].
+/// The estimated memory of a string, in bytes, without its text. It adds to the estimate by which files that need too much
+/// memory are refused: once for each string in a list and for each name of an object's member, except the first of each list
+/// or object, which is part of [`OBJECT_BYTES`]. A list that begins with a number counts with `STRING_BYTES` instead of
+/// [`OBJECT_BYTES`].
 const STRING_BYTES: u64 = 128;
 
 /// The estimated memory of a number in a list, in bytes. It adds to the estimate by which files that need too much memory
-/// are refused. The first number of a list is already part of [`STRING_BYTES`], with which the list is counted.
+/// are refused. The first number of a list adds nothing, because the list itself counts with [`STRING_BYTES`].
 const NUMBER_BYTES: u64 = 16;
 
 /// The maximum number of unsupported extensions that a notice names, so that the notice stays short. If there are more, the

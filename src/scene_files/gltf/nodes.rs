@@ -15,8 +15,8 @@ use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 pub struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,
-    /// The index of the parent in the list that [`placed`] returns, with which the motion of the node follows that of its
-    /// parent; `None` for a node without a parent.
+    /// The index of the parent in the list that [`placed`] returns; `None` for a node without a parent. It becomes
+    /// [`Node::parent`](crate::scene::motion::Node::parent) in the motion, so that the node moves with its parent.
     pub parent: Option<u32>,
     pub in_parent: DAffine3,
     pub to_world: DAffine3,
@@ -28,8 +28,9 @@ impl Placed<'_> {
         label("node", self.index, &self.node.name)
     }
 
-    /// The name of the node or, if it is empty, `shown`, which is the name of the node's camera or light. `shown` is cut
-    /// after 256 characters, because very many nodes can refer to one camera or light, and each would copy its name.
+    /// The name of the node or, if it is empty, `shown`, which is the name of the node's camera or light. The scene's camera
+    /// or light gets this name. `shown` is cut after 256 characters, because very many nodes can refer to one camera or
+    /// light, and each of them stores its own copy of the name.
     pub fn name_or(&self, shown: &str) -> String {
         match self.node.name.as_str() {
             "" => shown.chars().take(256).collect(),

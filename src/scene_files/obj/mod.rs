@@ -154,8 +154,9 @@ struct Reader<'a> {
     /// The corners of the current face. The list is used only while a face is processed; it is a field so that its memory is
     /// reused for the next face.
     corners: Vec<Corner>,
-    /// The positions of the current face's corners relative to the mesh's origin, in the order of `corners`. It is a field
-    /// only so that its memory is reused.
+    /// The positions of the current face's corners relative to the mesh's origin, in the order of `corners`, from which the
+    /// face is cut into triangles. The list is used only while a face is processed; it is a field so that its memory is
+    /// reused for the next face.
     points: Vec<Vec3>,
     /// The keywords of unsupported textures, such as `bump`, each once, for one notice at the end. The list may have one
     /// keyword more than [`MAX_KINDS`], which tells the notice to end with "and others".

@@ -19,8 +19,8 @@ pub struct Library {
     /// Options of supported textures that the reader ignores although they would change the picture. Each pair is the
     /// option, such as `-texres`, and where it is, such as `line 12`.
     pub options: Vec<(String, String)>,
-    /// The names of the materials that the file states as transparent (`d` below 1 or `Tr` above 0). They are rendered
-    /// opaque.
+    /// The names of the materials that the file states as transparent (`d` below 1 or `Tr` above 0). The reader does not
+    /// support transparency and makes these materials opaque; a notice lists the names.
     pub transparent: Vec<String>,
 }
 

@@ -82,8 +82,9 @@ crate::bindings! {
 
 crate::bindings! {
     /// Bindings of the passes `spatial_direct` and `spatial_indirect`, which merge the reservoir of each pixel with those of
-    /// neighbouring pixels (spatial reuse). They read the buffer `neighbours` and write the results to `reservoirs`. The
-    /// last of them adds the light to `color` if there is no pass for shading.
+    /// neighbouring pixels (spatial reuse). They read the reservoirs of all pixels in the buffer `neighbours`, and write the
+    /// merged ones to `reservoirs`. A pass may run several times in a frame. Its last run adds the light to `color` if there
+    /// is no pass for shading.
     pub struct Spatial {
         [offers scene: SceneBindings]
         uniform restir,

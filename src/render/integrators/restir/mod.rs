@@ -53,7 +53,8 @@ pub struct Restir {
     pub device: Arc<Device>,
     bindings: Arc<SceneBindings>,
     /// The constants of the current frame for the passes `surfaces` and `pilots`, which serve both direct and indirect
-    /// light. The constants of direct and of indirect light are copies of them with their own settings of resampling.
+    /// light. The passes of each kind of light read a copy of them that contains the settings of resampling of this light
+    /// instead.
     constants: RestirConstants,
     specialisation: Specialisation,
     /// The pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there), at which
@@ -423,8 +424,8 @@ impl Integrator for Restir {
         self.buffers().chain(shared).map(Buffer::size).sum()
     }
 
-    /// Before the first frame, all entries describe empty reservoirs. The same holds if the light is not rendered or not
-    /// stored in reservoirs.
+    /// Before the first frame, all entries describe empty reservoirs. The same holds if the light that `lighting` selects is
+    /// not rendered, or is not stored in reservoirs.
     fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),

@@ -15,7 +15,8 @@ use std::sync::Arc;
 /// The reservoirs of one kind of light (direct or indirect), and the passes that reuse and shade them. Passes that the
 /// settings do not need are not made, since a driver takes seconds to compile one.
 pub struct Reuse {
-    /// The settings of resampling for this kind of light (direct or indirect).
+    /// The settings of resampling for this kind of light (direct or indirect), by which the host decides which passes to run
+    /// and which code of the shaders to compile.
     pub resampling: Resampling,
     /// The settings of resampling in the form that shaders read. They are the same in all frames, and are copied into the
     /// constants of each frame.
@@ -36,9 +37,9 @@ pub struct Reuse {
 }
 
 impl Reuse {
-    /// Makes the passes and buffers of one kind of light. If `uses_reservoirs` is false, the initial pass adds the light of
-    /// the candidates to the picture, and there is no pass for shading. `reservoir_bytes` is the size of one copy of the
-    /// reservoirs. `pass` makes the compute pass with a given name.
+    /// Makes the passes and buffers of one kind of light. If `uses_reservoirs` is false, the pass `initial_direct` or
+    /// `initial_indirect` adds the light of the candidates to the picture, and there is no pass for shading.
+    /// `reservoir_bytes` is the size of one copy of the reservoirs. `pass` makes the compute pass with a given name.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.

@@ -36,8 +36,8 @@ pub struct BufferSizes {
     /// find pilots. It is the size of a reservoir if reservoirs of indirect light store the pilots, otherwise the size of a
     /// pilot. Shaders do not use it with `reservoirs.arrays=soa`.
     pub pilot_stride: u64,
-    /// Size in bytes of one buffer of reservoirs of direct light, one per slot. The buffer is made only if direct light is
-    /// rendered.
+    /// Size in bytes of one buffer of reservoirs of direct light, which has one reservoir for each pixel (for each of
+    /// `slots`). The buffer is made only if direct light is rendered.
     pub direct: u64,
     /// Size in bytes of one buffer of reservoirs of indirect light, which is made only if indirect light is rendered. If
     /// indirect light is not stored in reservoirs, the buffer stores only the pilots, the first BSDF ray of each pixel.

@@ -29,9 +29,10 @@ pub struct HashGridSettings {
     /// The points for which the reservoirs are made (surfaces of pixels, or points in the whole scene), and the MIS weights
     /// with which pixels merge the reservoirs. `published` is biased.
     pub mode: GridMode,
-    /// Side of a cell of space, as the number of pixels that it spans in the picture. In the scene, the side is rounded to
-    /// the next lower or higher power of two, at random. Higher: more pixels merge the same reservoirs, which fit each of
-    /// them less well. No effect with `published`.
+    /// Side of a cell of space, as the number of pixels that it spans in the picture. In the scene, the side is rounded at
+    /// random to the next lower or higher power of two (in the device's unit of length), so that cells stay in place while
+    /// the camera moves. Higher: more pixels merge the same reservoirs, which fit each of them less well. No effect with
+    /// `published`.
     #[schemars(range(min = 1, max = 1024))]
     pub cell: u32,
     /// Number of cells along the longest side of the box around all surfaces of the scene. Higher: smaller cells, so
@@ -43,12 +44,14 @@ pub struct HashGridSettings {
     /// per pixel.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
-    /// Maximum number of reservoirs in each bin of a cell. Pixels pick `merged` of them at random. Higher: two pixels less
-    /// often merge the same reservoirs, but in small cells more pixels pick slots that store no reservoir.
+    /// Number of slots for reservoirs in each cell, for each bin of normals (see `bins`). A slot stores one reservoir or
+    /// none. A pixel looks at `merged` random slots. Higher: two pixels less often merge the same reservoirs, but in small
+    /// cells more of these slots are empty.
     #[schemars(range(min = 1, max = 1024))]
     pub reservoirs: u32,
-    /// Number of light candidates from which one is selected for each reservoir. Higher: reservoirs with less noise. Cost:
-    /// one evaluation of the target function per candidate, in one of sixteen pixels, no ray.
+    /// Number of light candidates from which one is selected for each reservoir of the grid. Higher: reservoirs with less
+    /// noise. Cost: one evaluation of the target function per candidate, in one of sixteen pixels, no ray; with `published`,
+    /// only in the first frame, for each reservoir.
     #[schemars(range(min = 1, max = 65536))]
     pub candidates: u32,
     /// Maximum number of reservoirs of the grid that a pixel merges with its own candidates in each frame. Higher: each

@@ -30,9 +30,8 @@ pub struct LightBvhBuffer {
     /// The number of nodes of the tree, inner nodes and leaves, for the constants of shaders; 0 if there is no tree.
     pub node_count: u32,
     buffer: Buffer,
-    /// The tree on the CPU, and the time, in seconds, of the pose (the state of the scene at one time) from which the lights
-    /// in the buffer were computed. If the scene is posed at another time, the buffer must be updated. `None` if there is no
-    /// tree.
+    /// The tree on the CPU, and the time in seconds for which the buffer was written: it has the lights of the scene at this
+    /// time. When the scene is posed at another time, the buffer is written again from the tree. `None` if there is no tree.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 
@@ -41,8 +40,8 @@ impl LightBvhBuffer {
     /// and the buffer is empty.
     ///
     /// # Errors
-    /// The buffer exceeds a limit or the free memory of the device, or rays that measure boxes of influence cannot be
-    /// traced.
+    /// The buffer exceeds a limit or the free memory of the device, or the rays that limit the boxes of influence (the boxes
+    /// within which lights are found) cannot be traced.
     pub fn new(
         device: &Arc<Device>,
         scene: &Arc<GpuScene>,
@@ -86,8 +85,9 @@ impl SceneResource for LightBvhBuffer {
         (self.node_count > 0).then(|| (LIGHT_BVH, self.buffer.size()))
     }
 
-    /// The name of the binding in the shaders, and the buffer of the light BVH. If shaders of `variant` fetch texels, the
-    /// buffer is bound as texels, otherwise as a storage buffer.
+    /// The name of the binding in the shaders, and the buffer of the light BVH. The buffer is bound as texels or as a
+    /// storage buffer, as the shaders of `variant` read it (a combination of tracer and access to memory, in which shaders
+    /// are compiled).
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>) {
         let resource = match variant.fetch {
             Fetch::Texels => Resource::Texels(&self.buffer),
@@ -96,9 +96,9 @@ impl SceneResource for LightBvhBuffer {
         (LIGHT_BVH, resource)
     }
 
-    /// If the scene is now posed at another time than the lights in the buffer, uploads the tree again, with the boxes and
-    /// powers that the lights have at this time. The structure of the tree stays the same. Does nothing if neither instances
-    /// nor lights change with time, or if there is no tree.
+    /// Writes the tree to the buffer again, with the boxes and powers that the lights have in the current pose of `scene`
+    /// (its state at one time). The structure of the tree stays the same. Does nothing if the buffer was already written for
+    /// the time of this pose, if neither instances nor lights change with time, or if there is no tree.
     ///
     /// # Errors
     /// The device fails, or an earlier update failed in another thread.

@@ -5,14 +5,14 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// The factor by which the boxes around lights in the light BVH are enlarged: `auto`, or a number from 1e-9 to 1e9. With
-/// larger boxes, a walk through the tree finds more lights at a point, or finds far lights in smaller groups, and takes
-/// longer.
+/// The factor by which the boxes around lights in the light BVH (a tree of lights) are enlarged: `auto`, or a number from
+/// 1e-9 to 1e9. With `far=skipped`, a higher factor lets a walk through the tree find more lights at a point; with
+/// `far=joined`, the walk finds far lights in smaller groups. In both cases, walks take longer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Written", try_from = "Written")]
 pub enum Scale {
-    /// The program chooses the factor. With `far=joined`, it is 1. With `far=skipped`, it is such that points on the scene's
-    /// surfaces are within about 8 boxes.
+    /// The program chooses the factor when it builds the tree. With `far=joined`, the factor is 1. With `far=skipped`, it is
+    /// such that a point on the surfaces of the scene is within about 8 boxes on average.
     #[default]
     Auto,
     /// The user gives the factor, from 1e-9 to 1e9.
@@ -96,9 +96,9 @@ pub enum Far {
     /// groups.
     #[default]
     Joined,
-    /// A walk finds a light only at points inside the box of influence of the light's cluster (lights that are close to each
-    /// other), as published (Gardishyan 2025). At other points, only those light candidates that are drawn among all lights
-    /// can select the light.
+    /// Far lights are not found, as published (Gardishyan 2025). Each cluster (lights that are close to each other) has a
+    /// box of influence around it, and a walk finds its lights only at points inside this box. At other points, only
+    /// candidates that are drawn among all lights can select these lights.
     Skipped,
 }
 
@@ -137,18 +137,20 @@ pub struct LightBvhSettings {
     /// The treatment of lights that are far from a point. With `joined`, a walk through the tree finds them in groups; with
     /// `skipped`, the walk does not find them. Unbiased either way.
     pub far: Far,
-    /// With `far=joined`, a group of lights is treated as one light at points that are farther from the group's box than
-    /// scale × half the diagonal of the box. With `far=skipped`, a light is found up to the distance scale × √power, with
-    /// power in luminance × area. `auto`: 1 with `far=joined`; otherwise a scale at which points on surfaces are within
-    /// about 8 boxes. Higher: longer searches, and candidates closer to the best ones. Unbiased at any value.
+    /// Factor of the distances in the search for lights. With `far=joined`, a group of lights is treated as one light at
+    /// points that are farther from the group's box than scale × half the diagonal of the box. With `far=skipped`, a light
+    /// is found up to the distance scale × √power, with power in luminance × area. `auto`: 1 with `far=joined`; with
+    /// `far=skipped`, a scale at which a point on a surface is within about 8 boxes on average. Higher: longer walks through
+    /// the tree, and candidates that fit the point better. Unbiased at any value.
     pub scale: Scale,
     /// Fraction of the candidates that are drawn among all lights instead of from the tree. If there are several candidates,
     /// at least one of them is drawn among all lights. A single candidate is drawn among all lights with this probability.
     /// Higher: less noise where light comes from unexpected directions, more noise elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
-    /// The extent of boxes of influence. With `far=skipped`, a light is found only within its box; with `far=joined`, this
-    /// setting has no effect. `visibility` limits each box by 256 rays, which are traced before the first frame. Unbiased
+    /// The extent of the boxes of influence: with `far=skipped`, a walk through the tree finds a light only at points inside
+    /// the box around it. `simple`: the box grows with the power of its lights. `visibility`: it also ends at the surfaces
+    /// that 256 rays from its lights hit; they are traced before the first frame. No effect with `far=joined`. Unbiased
     /// either way.
     pub boxes: Boxes,
     /// True if lights that are close to each other form a cluster with one box, so that the tree has fewer nodes; false if
