@@ -11,16 +11,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// is not read for each small request, because reading it takes several system calls.
 const LITTLE: u64 = 64 << 20;
 
-/// The sum, in bytes, of the requests to [`check`] since the available memory was last read. It shows when many small
-/// requests together are large enough for another reading. All threads share it.
+/// The sum, in bytes, of the requests to [`check`] of at most [`LITTLE`] bytes since the available memory was last read.
+/// When the sum exceeds [`LITTLE`], the available memory is read again. All threads share this sum.
 static TAKEN: AtomicU64 = AtomicU64::new(0);
 
-/// Checks that `bytes` more bytes of memory are available; reserves nothing. Small requests are only summed; the
-/// available memory is read when their sum exceeds [`LITTLE`] bytes.
+/// Checks that `bytes` more bytes of memory are available; reserves nothing. Requests of at most [`LITTLE`] bytes are only
+/// summed, and pass without a check until their sum exceeds [`LITTLE`]. Otherwise the available memory is read from the
+/// system.
 ///
 /// # Errors
-/// Fewer than `bytes` bytes, or fewer than [`LITTLE`] bytes, are available; the text names the needed and the available
-/// number. If the system does not report its memory, the check passes.
+/// The available memory was read, and is less than `bytes` or less than [`LITTLE`] bytes; the text names the needed and the
+/// available number of bytes. If the system does not report its memory, the check passes.
 pub fn check(bytes: u64) -> Result<(), String> {
     if bytes <= LITTLE && TAKEN.fetch_add(bytes, Ordering::Relaxed) + bytes <= LITTLE {
         return Ok(());

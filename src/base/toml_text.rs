@@ -79,8 +79,9 @@ impl TomlText {
     }
 }
 
-/// The offset in bytes, from the start of the text, of the dotted `key` in `table` or in a table inside it; `None` if
-/// they do not contain the key. A name in a table may itself contain dots, so the key is not split before the search.
+/// The offset in bytes, from the start of the text, of the dotted `key` in `table` or in a table inside it; `None` if they
+/// do not contain the key. Each name in the table is compared with the beginning of `key`, because a name may itself contain
+/// dots.
 fn offset_in(table: &DeTable<'_>, key: &str) -> Option<usize> {
     table.iter().find_map(|(name, value)| {
         let rest = key.strip_prefix(name.get_ref().as_ref())?;

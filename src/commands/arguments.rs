@@ -106,9 +106,9 @@ pub struct SceneArgs {
     pub report: Option<PathBuf>,
 }
 
-/// Channels (arbitrary output variables) that an EXR file can have beside the picture, as `--aov` names them. They show
-/// the surface that the camera sees, for example to a denoiser, or the reservoir from which a pixel was shaded, to
-/// examine the resampling.
+/// Channels (arbitrary output variables) that an EXR file can have beside the picture, as `--aov` names them. Some show the
+/// surface that the camera sees, for example for a denoiser. The others show the reservoir of each pixel, with whose sample
+/// the pixel was shaded, so that the resampling can be examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Aov {
     /// The channels contain the fraction of light that the visible surface reflects, from 0 to 1 for red, green and blue;
@@ -126,8 +126,9 @@ pub enum Aov {
     /// The channels contain the vector in the picture, in pixels, from the visible surface point to the position that it
     /// had in the previous frame; right and down are positive
     Motion,
-    /// The channels describe the reservoir of direct light of each pixel after the last frame: weight, confidence, age,
-    /// light, number of merged neighbours, the pixel from which the sample came, and the Jacobian of its shifts
+    /// The channels describe the reservoir of direct light of each pixel after the last frame: its weight, confidence, age,
+    /// light and number of merged neighbours, the pixel that drew its sample, and the product of the Jacobians of all shifts
+    /// of the sample since then
     Direct,
     /// The channels describe the reservoir of indirect light of each pixel after the last frame, with the same channels
     /// as for direct light

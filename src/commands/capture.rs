@@ -177,8 +177,8 @@ pub struct CapturePlan<'a> {
     pub range: FrameRange,
     /// The number of frames that are rendered, also those that are not captured; their indices begin with 0.
     pub frames: u32,
-    /// If true, the radiance of every frame is added to the renderer's sums. If false, each frame is rendered alone, and
-    /// at the end the sums hold the last one.
+    /// If true, the radiance of every frame is added to the renderer's sums of radiance, so that the picture is the mean of
+    /// all frames. If false, these sums contain only the last frame at the end.
     pub accumulate: bool,
     /// Exposure of the presented pictures, in stops: radiance is multiplied by 2^`exposure`.
     pub exposure: f32,

@@ -93,9 +93,8 @@ pub struct VariantArgs {
 }
 
 impl VariantArgs {
-    /// Converts these arguments to a request for a variant of the shaders. The program makes each choice that is `None`
-    /// in the request. The field `captured`, which is true if a capture tool records the run, is false here; the session
-    /// for the tool sets it.
+    /// Converts these arguments to a request for a variant of the shaders. A choice that is `None` in the request is left to
+    /// the program. The field `captured` is always false here; a session for a capture tool sets it to true.
     pub const fn request(&self) -> Request {
         Request {
             tracer: self.tracer.tracer(),

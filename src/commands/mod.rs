@@ -156,9 +156,9 @@ fn wrong_arguments(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// The arguments to suggest for an unknown one, such as `--spp` for `--samples` of the command `reference`; `None` if
-/// there is no suggestion. Suggestions exist for arguments that other renderers, or other commands, have for the same
-/// function.
+/// The text that a message suggests instead of an unknown option, such as `--spp` instead of `--samples` for the command
+/// `reference`; `None` if there is no suggestion. Suggestions exist for options that have the same function in other
+/// renderers or in other commands of this program.
 fn other_name(error: &clap::Error) -> Option<&'static str> {
     if error.kind() != ArgumentError::UnknownArgument {
         return None;
@@ -261,9 +261,9 @@ pub fn check_messages(messages: &[String]) -> Result<()> {
     }
 }
 
-/// If the clock is stopped, all frames show its start time. Then this replaces a moving scene by its state at this time,
-/// which does not move and costs less to render. If nothing in the scene moves, but the clock runs or does not start at 0,
-/// prints a notice. The notice begins with `whose`: empty, or the name of the scene, a colon and a space.
+/// Adapts `scene` to the clock. If the clock is stopped, all frames show its start time; a moving scene is then replaced by
+/// its state at this time, which costs less to render. If nothing in the scene moves, but the clock runs or does not start
+/// at 0, prints a notice. The notice begins with `whose`: empty, or the name of the scene, a colon and a space.
 ///
 /// # Errors
 /// The errors of [`Clock::freeze_if_stopped`].

@@ -16,8 +16,8 @@ const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 /// If the estimated time left is longer than this, a notice is printed once, because an argument may have been mistyped.
 const LONG: Duration = Duration::from_secs(3600);
 
-/// The number of steps into which the bar on a terminal is divided, because the library of the bar counts whole steps
-/// only. The fraction that is done is rounded down to them.
+/// The number of steps of the bar on a terminal, whatever the unit of the work is. The library of the bar counts whole steps
+/// only, so the fraction of the work that is done is rounded down to such a step.
 const TICKS: u64 = 10_000;
 
 /// Shows the progress of one piece of work on stderr. The work calls [`Self::at`] between its steps. When this value is
@@ -28,9 +28,9 @@ pub struct Progress {
     steps: Steps,
     started: Instant,
     last_line: Cell<Instant>,
-    /// The time of the first report of progress, and the number of steps that were done then; `None` before this report.
-    /// Estimates of the time left count from there, because preparations, such as the compilation of shaders, happen before
-    /// it.
+    /// The time of the first report of progress, and the number of steps that were done then; `None` before this report. The
+    /// time left is estimated from the speed since this report, because the time before it contains preparations, such as
+    /// the compilation of shaders.
     first: Cell<Option<(Instant, f64)>>,
     announced: Cell<bool>,
 }

@@ -54,9 +54,9 @@ pub struct Args {
     resume: bool,
 }
 
-/// Adapts the options that commands share to the command `reference`. It hides `--preset`, because presets differ only in
-/// resampling. It refuses the AOVs (additional channels) of reservoirs and motion, because a reference has neither
-/// reservoirs nor a previous frame.
+/// Changes the definition of the command `reference` where the options that several commands share do not fit it. Hides
+/// `--preset`, because presets differ only in resampling. Refuses the AOVs (additional channels) of reservoirs and motion,
+/// because a reference has neither reservoirs nor a previous frame. Replaces the help of `--start-time`.
 pub fn shown(command: clap::Command) -> clap::Command {
     let shown = Aov::value_variants()
         .iter()

@@ -35,7 +35,8 @@ pub struct Args {
     /// Load the Vulkan validation layers with synchronization validation; a case in which they send a message fails
     #[arg(long)]
     validate: bool,
-    /// Require equal bits even if the golden frames were made with another driver, such as another build of the same source
+    /// Require equal bits even if the golden frames were made with another driver, such as another build of the same source;
+    /// without it, pictures may then differ by rounding
     #[arg(long, conflicts_with = "bless")]
     exact: bool,
     /// Run only the test cases whose names contain this text; without it, all cases are run
@@ -214,9 +215,9 @@ fn summarise(results: &[(String, Verdict, Duration)], time: Duration) -> Result<
     }
 }
 
-/// Renders a case and compares it with its golden frame. `own` is true if the golden frames were made with this driver;
-/// `exact` is true if every bit must be equal. If the driver fails, the verdict is that the case failed, so that the
-/// other cases still run.
+/// Renders a case and compares it with its golden frame. If `exact` is true, every bit must be equal; otherwise the pictures
+/// may differ by rounding. `own` is true if the golden frames were made with this driver; only then does a case without a
+/// golden frame fail. If the driver fails, the case counts as failed, so that the other cases still run.
 fn compare_case(
     args: &Args,
     case: &Case,
@@ -278,8 +279,8 @@ fn again(args: &Args, case: &Case) -> String {
 }
 
 /// Renders a case twice: first as usual, to get the picture, and then pass by pass, to hash each buffer that a pass may
-/// write. Returns the picture and the hashes. If the device lacks a feature that the case requests, returns the inner error,
-/// a sentence that names the feature.
+/// write. Returns the picture and the hashes. If the device lacks a feature that the case requests, the result is
+/// `Ok(Err(text))`, where the text is a sentence that names the feature.
 fn render_case(
     args: &Args,
     case: &Case,

@@ -45,8 +45,9 @@ pub enum Purpose {
     /// The session measures a profile. If the driver supports it, its compiler reports on each shader, and
     /// [`Records::compiled`](crate::gpu::records::Records::compiled) returns these reports.
     Profile,
-    /// The session runs a regression test. The device can hash every buffer that a pass writes, and
-    /// [`Records::take_outputs`](crate::gpu::records::Records::take_outputs) returns the hashes.
+    /// The session runs a regression test. The device can hash every buffer that a pass writes, so that the test can compare
+    /// each pass with golden frames. [`Records::take_outputs`](crate::gpu::records::Records::take_outputs) returns the
+    /// hashes.
     Regression {
         /// True if the Vulkan validation layers are loaded, with synchronization validation.
         validate: bool,
@@ -70,8 +71,9 @@ pub struct Session {
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
     scene_hash: String,
-    /// The clock, which maps the index of a frame to the time in the scene that it shows. The scene is moved to this
-    /// time before each frame, and pictures store the clock in their metadata. `None` if nothing in the scene moves.
+    /// The clock, which gives for the index of a frame the time in the scene that the frame shows. The scene is moved to
+    /// this time before the frame is rendered, and pictures store the clock in their metadata. `None` if nothing in the
+    /// scene moves.
     clock: Option<Clock>,
     /// The scene's camera with its motion; while the clock runs, each frame is rendered with the camera of its time. `None`
     /// for a camera that does not belong to the scene, and so does not move.
@@ -80,9 +82,9 @@ pub struct Session {
     /// The time of each pass when it ran for the first time; one entry per pass. The report lists them apart from
     /// `times`, because they may include the compilation of the shader.
     first_runs: Vec<PassTime>,
-    /// The time of each pass, without first runs, for the report: in the last frame or, with path tracing, in the last
-    /// call of [`Self::add_samples`]. One entry per pass, in the order in which they ran; empty if all of these were
-    /// first runs.
+    /// The time of each pass, for the report: in the last frame or, with path tracing, in the last call of
+    /// [`Self::add_samples`]. A pass that ran for the first time in this frame or call is left out, because `first_runs` has
+    /// its time. The entries have the order in which the passes ran.
     times: Vec<PassTime>,
     opened: Instant,
     samples_a_submission: u32,
@@ -257,8 +259,8 @@ impl Session {
         Ok(())
     }
 
-    /// Renders frame `index` alone, so that the picture can show it instead of a mean. It is not added to the accumulated
-    /// sums; with path tracing, it replaces them.
+    /// Renders frame `index` alone, for a picture of one frame instead of the mean of several. With resampling, the
+    /// accumulated sums stay unchanged. With path tracing, they are set to zero first, and then contain this frame only.
     fn single_frame(&mut self, index: u32) -> Result<()> {
         self.set_clock(index)?;
         let times = self.renderer.single_frame(index)?;
@@ -277,8 +279,8 @@ impl Session {
         self.device.hash_outputs()
     }
 
-    /// Renders frame `index`. If `accumulates` is true, its radiance is added to the accumulated sums, which hold the frames
-    /// before it. Otherwise it is rendered alone, so that the picture can show it instead of a mean.
+    /// Renders frame `index`. If `accumulates` is true, its radiance is added to the accumulated sums, so that the picture
+    /// is the mean of several frames. Otherwise the frame is rendered alone, for a picture of one frame.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at that frame's time.
@@ -315,10 +317,10 @@ impl Session {
         Ok(true)
     }
 
-    /// Adds at most `samples` samples to every pixel, with indices from `first`, and returns the number of added samples.
-    /// If the scene moves, a call adds one sample; otherwise it adds as many as take about 0.3 s, estimated from earlier
-    /// calls. The division into calls changes no bit of the sums. `watch` receives the number of samples that this call
-    /// has finished, with fractions, and can end the work by an error.
+    /// Adds at most `samples` samples to every pixel, of which the first has the index `first`, and returns the number of
+    /// added samples. If the scene moves, a call adds one sample; otherwise it adds as many as take about 0.3 s, estimated
+    /// from earlier calls. The division into calls changes no bit of the sums. `watch` is told the number of samples that
+    /// this call has finished, with fractions; if it returns an error, the work ends.
     ///
     /// # Errors
     /// The device fails, the scene cannot be rendered at the time of frame `first`, or the errors of `watch`, after which
@@ -369,9 +371,10 @@ impl Session {
     }
 
     /// The report of the run as a JSON object, which `--report` writes: the scene, the settings, the device, the choices
-    /// with their reasons, times, and memory. `samples` is the number of samples per pixel of the picture. `first_runs`
-    /// holds the time of each pass when it ran for the first time, which may include compilation. `last_submission` holds
-    /// the times in the last submission; since version 2 of the format, it is without first runs.
+    /// with their reasons, times, and memory. `samples` is the number of samples per pixel of the picture. In the object,
+    /// `first_runs` holds the time of each pass when it ran for the first time, which may include compilation.
+    /// `last_submission` holds the times of the passes in the last submission, except for those that ran for the first time
+    /// in it.
     ///
     /// # Errors
     /// A setting has no JSON form, which does not happen with finite values.

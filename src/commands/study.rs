@@ -278,9 +278,9 @@ fn camera(
     Ok((moving.at(time)?, Some(moving)))
 }
 
-/// Returns an error that lists the rows which make the study fail; without such rows, returns no error. A row holds the
-/// results of one configuration on one scene. Also prints a note that lists the rows whose bias is undecided, with what
-/// the user can raise to decide it.
+/// Returns an error if rows make the study fail; its message lists them. A row holds the results of one configuration on one
+/// scene. Also prints a note that lists the rows that should prove a configuration unbiased but lack data for the proof,
+/// each with the key of the plan that the user should raise.
 fn verdict(rows: &[Row]) -> Result<()> {
     let open: Vec<String> = (rows.iter())
         .filter_map(|row| {

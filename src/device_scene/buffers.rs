@@ -23,26 +23,28 @@ macro_rules! declare_contents {
         $(#[$meta:meta])*
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
-        /// The elements of every buffer of a scene, in host memory, as they are when the buffers are first uploaded. An
-        /// empty `Vec` means that the scene does not have such elements.
+        /// The elements of every buffer of a scene, in host memory. The buffers are first filled with them; when the time
+        /// changes, some are written anew. An empty `Vec` means that the scene has no elements of this kind.
         pub struct SceneContents {
             $($(#[$meta])* pub $name: Vec<$element>,)*
-            /// Width and height of the environment in texels; zero for a scene without an environment.
+            /// Width and height of the environment in texels, with which shaders find the texel for a direction; zero for a
+            /// scene without an environment.
             pub environment_size: UVec2,
-            /// Cosine and sine of the environment's rotation around the upward axis (+Y); shaders turn directions by it
-            /// before they read the environment. Zero for a scene without an environment.
+            /// Cosine and sine of the environment's rotation around the upward axis (+Y). Shaders turn a direction in world
+            /// space by the opposite angle before they read the environment. Zero for a scene without an environment.
             pub environment_turn: Vec2,
         }
 
-        /// An upper bound of the size of each buffer in bytes, which is known before any tree is built. By these bounds the
-        /// program chooses how shaders access the scene, and refuses a scene that is too large for the device. The bound of
-        /// `nodes` is missing (0), because only the trees give the number of nodes. Unless a mesh has very few triangles,
-        /// its nodes take fewer bytes than its positions.
+        /// An upper bound of the size of each buffer in bytes, which is known before the bounding volume hierarchies (trees)
+        /// are built. By these bounds the program chooses how shaders access the scene, and refuses a scene that is too
+        /// large for the device. Only `nodes` has no bound (its value is 0), because its size is known after the trees are
+        /// built; except for meshes with very few triangles, the nodes of a mesh take fewer bytes than its positions.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 
         impl BufferBytes {
-            /// The bounds for a scene whose numbers of elements are `counts`.
+            /// Computes the upper bounds of the buffers' sizes in bytes for a scene with `counts` elements (numbers of
+            /// triangles, lights and so on).
             pub fn of(counts: &ElementCounts) -> Self {
                 Self { $($name: {
                     let count: fn(&ElementCounts) -> u64 = $count;
@@ -50,14 +52,14 @@ macro_rules! declare_contents {
                 },)* }
             }
 
-            /// The name and the size in bytes of every buffer, in the order of [`BUFFERS`].
+            /// The name of every buffer and the upper bound of its size in bytes, in the order of [`BUFFERS`].
             pub fn named(&self) -> Vec<(&'static str, u64)> {
                 vec![$((stringify!($name), self.$name),)*]
             }
         }
 
-        /// All buffers of a scene on the device, from which every pass reads the scene, and the table that describes
-        /// them to shaders.
+        /// All buffers of a scene on the device, from which every pass reads the scene, and the uniform buffer that gives
+        /// shaders the numbers of elements and, in some variants, the addresses of the buffers.
         pub struct SceneBuffers {
             $($(#[$meta])* pub $name: Buffer,)*
             /// The uniform buffer with one [`SceneTable`]: the numbers of elements, the size and rotation of the environment
@@ -66,8 +68,9 @@ macro_rules! declare_contents {
         }
 
         impl SceneBuffers {
-            /// Uploads `contents` into new buffers. `counts` are the numbers of elements for the table, and `variant`
-            /// decides the usages of the buffers: shaders of this variant can read them.
+            /// Creates the buffers and uploads `contents` into them. `counts` are the numbers of elements, some of which the
+            /// uniform buffer with the [`SceneTable`] gives to shaders. `variant` is the variant of the shaders that will
+            /// read the buffers; it decides with which Vulkan usages they are created.
             ///
             /// # Errors
             /// A buffer exceeds a limit of the device or its free memory, or `variant` uses buffer addresses on a device
@@ -100,7 +103,8 @@ macro_rules! declare_contents {
                 Ok(Self { $($name,)* table })
             }
 
-            /// The name and the buffer of every array of the scene, in the order of [`BUFFERS`], without the table.
+            /// The name and the buffer of every array of the scene, in the order of [`BUFFERS`]. The uniform buffer with the
+            /// [`SceneTable`] is not included.
             pub fn named(&self) -> Vec<(&'static str, &Buffer)> {
                 vec![$((stringify!($name), &self.$name),)*]
             }
@@ -110,8 +114,8 @@ macro_rules! declare_contents {
 crate::shader_interface::scene_buffers!(declare_contents);
 
 impl SceneContents {
-    /// Collects the initial contents of all buffers of a scene. The caller must have appended the nodes of the meshes' trees
-    /// to the `nodes` of `epochs`, which begin with the trees over the instances.
+    /// Collects the initial contents of all buffers of a scene. `epochs.nodes` must already hold the nodes of all trees:
+    /// first those of the trees over the instances, then those of the meshes' trees, which the caller must have appended.
     pub(super) fn new(
         materials: Materials,
         light_textures: Vec<GpuLightTexture>,
@@ -163,8 +167,8 @@ impl SceneBuffers {
 }
 
 /// True if shaders read the buffer with this name in groups of four 32-bit words; false for other buffers and unknown names.
-/// The [`Fetch`] of the shader variant decides whether these groups are read from a texel buffer or as words, and so whether
-/// the device's limit of texel buffers applies.
+/// In shader variants with [`Fetch::Texels`], such a buffer is bound as a texel buffer, so that its size must be within the
+/// device's limit for texel buffers. In other variants, it is read like the other buffers.
 pub fn is_fetched(name: &str) -> bool {
     name == LIGHT_BVH
         || BUFFERS
@@ -172,9 +176,9 @@ pub fn is_fetched(name: &str) -> bool {
             .any(|b| b.name == name && b.elements.are_words())
 }
 
-/// The usages that the buffer with this name needs, in addition to that as a storage buffer, for shaders of `variant`
-/// (tracer and access to memory): to be read as texels, or to be an input from which the driver builds acceleration
-/// structures.
+/// The Vulkan usages that the buffer with this name needs for shaders of `variant` (tracer and access to memory). Every
+/// buffer can be a storage buffer. This function adds the usage as a texel buffer, or as an input from which the driver
+/// builds acceleration structures.
 pub fn usage(name: &str, variant: Variant) -> Usage {
     Usage {
         texels: is_fetched(name) && variant.fetch == Fetch::Texels,

@@ -21,8 +21,8 @@ use std::time::Duration;
 /// A tree of compressed nodes with up to eight children, over triangles or boxes. Node 0 is the root.
 #[derive(Clone)]
 pub struct Tree {
-    /// The nodes. In a node, indices of children count from the start of this array, and indices of primitives from the
-    /// start of `order`.
+    /// The nodes of the tree, which are uploaded for shaders that traverse it. In a node, indices of children count from the
+    /// start of this array, and indices of primitives from the start of `order`.
     pub nodes: Vec<CwBvhNode>,
     /// For each position in the order of the leaves, the index in the input of the primitive (triangle or box) at this
     /// position. The device stores the triangles of a mesh in this order; for a tree over instances, the buffer
@@ -56,9 +56,9 @@ const INSTANCES: BvhBuildParams = BvhBuildParams {
     ..BvhBuildParams::medium_build()
 };
 
-/// If more boxes than this are equal, [`halved`] builds the tree instead of the library's builder. The builder merges
-/// pairs of nearest boxes; among equal boxes it finds few pairs per round, so that its time is quadratic in their number
-/// (hours for a million boxes). A tree of [`halved`] is slower to traverse.
+/// If more boxes than this are equal, [`halved`] builds the tree instead of the builder of the library `obvhs`. That builder
+/// merges pairs of nearest boxes. Among equal boxes it finds few pairs per round, so that its time is quadratic in their
+/// number (hours for a million boxes). A tree of [`halved`] is slower to traverse.
 const MAX_EQUAL_BOXES: usize = 1000;
 
 impl Tree {
@@ -208,8 +208,8 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
     nodes
 }
 
-/// True if one and the same box occurs more than [`MAX_EQUAL_BOXES`] times, so that the library's builder would be too
-/// slow. The hashes of the boxes are sorted, because this is faster than counting the boxes in a map.
+/// True if one and the same box occurs more than [`MAX_EQUAL_BOXES`] times, so that the builder of the library `obvhs` would
+/// be too slow. The hashes of the boxes are sorted, because this is faster than counting the boxes in a map.
 fn many_are_equal(boxes: &[Aabb]) -> bool {
     if boxes.len() <= MAX_EQUAL_BOXES {
         return false;
@@ -232,8 +232,8 @@ fn aabbs(boxes: &[(Vec3, Vec3)]) -> Vec<Aabb> {
         .collect()
 }
 
-/// The maximum number of nodes of an eight-wide tree over `count` boxes; moving scenes reserve memory for so many. Each
-/// node has two or more children; only a root without other nodes may have fewer.
+/// The maximum number of nodes of an eight-wide tree over `count` boxes. For a moving scene, the program reserves memory for
+/// this number of nodes. Each node has two or more children, except for a root that is the only node.
 pub fn max_nodes(count: usize) -> usize {
     count.saturating_sub(1).max(1)
 }
@@ -244,8 +244,8 @@ pub fn balanced_depth(count: usize) -> u32 {
     count.next_power_of_two().ilog2().max(1)
 }
 
-/// Builds the binary tree with the minimum number of levels over boxes: the boxes of each node are divided into two
-/// halves of equal number.
+/// Builds a binary tree over boxes with the minimum number of levels: the boxes of each inner node are divided into two
+/// halves, whose numbers of boxes differ by at most one.
 fn halved(boxes: &[Aabb]) -> Bvh2 {
     let mut nodes = vec![Bvh2Node::default()];
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
@@ -257,9 +257,9 @@ fn halved(boxes: &[Aabb]) -> Bvh2 {
     }
 }
 
-/// Fills the binary node with the index `at` and makes its descendants. `items` are the indices of its boxes; the first
-/// one has the position `first` in the order of all leaves. The items are sorted by the centres of their boxes along the
-/// longest axis, and divided into two halves of equal number.
+/// Fills the node `nodes[at]` of a binary tree, and appends all nodes below it to `nodes`. `items` are the indices in
+/// `boxes` of the boxes below this node. They are sorted by the centres of their boxes along the longest axis and then
+/// halved, one half for each child. `first` is the position of the first item in the order of all leaves.
 fn halve(nodes: &mut Vec<Bvh2Node>, at: usize, boxes: &[Aabb], items: &mut [u32], first: u32) {
     let around = |bounds: Aabb, item: &u32| bounds.union(&boxes[*item as usize]);
     let bounds = items.iter().fold(Aabb::empty(), around);
@@ -298,7 +298,8 @@ fn depth(nodes: &[CwBvhNode]) -> u32 {
 mod tests {
     use super::*;
 
-    /// Each box is 1.7 times as large and as far away as the previous one, so that a tree built by surface area is deep.
+    /// Each box is 1.7 times as large and as far away as the previous one, so that a tree built by the surface area
+    /// heuristic has many levels.
     #[test]
     fn a_tree_over_boxes_is_no_deeper_than_it_may_be() {
         for count in [1_usize, 2, 3, 9, 60] {

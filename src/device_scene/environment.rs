@@ -12,8 +12,9 @@ use std::f64::consts::{PI, TAU};
 /// texel has a probability that 32 random bits can represent, so that light samples miss no part of the environment.
 const UNIFORM_FRACTION: f64 = 0.02;
 
-/// The data of the environment for the device: shaders look up the light from a direction in it, and draw light samples
-/// by it. For a scene without an environment, all arrays are empty and the size is 0.
+/// The data of the environment (light from infinitely far away) that are uploaded to the device. Shaders read from them how
+/// much light comes from a direction, and draw light samples by them. For a scene without an environment, all arrays are
+/// empty and the size is 0.
 #[derive(Clone, Debug, Default)]
 pub struct EnvironmentTexels {
     /// One entry per texel, row by row from the zenith: red, green and blue are the radiance in the device's unit. The
@@ -24,16 +25,16 @@ pub struct EnvironmentTexels {
     /// below the first number of the entry, the entry's own texel is drawn; otherwise the texel whose index is the second
     /// number.
     pub columns: Vec<UVec2>,
-    /// The width and the height of the environment in texels.
+    /// The width and the height of the environment in texels, with which shaders find the texel for a direction.
     pub size: UVec2,
-    /// The cosine and the sine of the environment's rotation around the upward axis (+Y); shaders turn directions by it
-    /// before they read the texels.
+    /// The cosine and the sine of the environment's rotation around the upward axis (+Y). Shaders turn a direction in world
+    /// space by the opposite angle before they read the texels.
     pub turn: Vec2,
 }
 
 impl EnvironmentTexels {
-    /// Prepares an environment for the device: multiplies its radiance by its intensity, converts the radiance to the
-    /// device's unit, and builds the alias table.
+    /// Prepares an environment for the device. Multiplies its radiance by its intensity, converts it to the device's unit of
+    /// radiance (the scene's unit times a power of two), and builds the alias table by which light samples draw texels.
     pub fn of(environment: &Environment, units: &Units) -> Self {
         let (width, height) = (environment.width, environment.height);
         let means = environment.means();

@@ -13,36 +13,36 @@ use crate::{Error, Result};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::sync::{Mutex, MutexGuard};
 
-/// The contents of the buffers that depend on time; they are uploaded whenever the time changes. Unless its comment
-/// states otherwise, each array holds the elements of the current frame and, if something moves, then those of the
-/// previous frame.
+/// The contents of the buffers that depend on time; they are uploaded whenever the time changes. Unless the comment of an
+/// array states otherwise, the array first holds the elements as they are in the current frame. If something moves, the
+/// elements as they were in the previous frame follow.
 pub struct EpochContents {
     /// The nodes of the trees over the instances: one tree for the current frame and, if something moves, one for the
     /// previous frame. Later the nodes of the meshes' trees, which do not depend on time, are appended.
     pub nodes: Vec<CwBvhNode>,
-    /// For each leaf of the trees over the instances, in the order of the leaves: the index in `instances` of the leaf's
-    /// instance. Shaders that traverse a tree find by it which instance a ray meets.
+    /// The instance of each leaf of the trees over the instances: an index in `instances`. The entries have the order of the
+    /// leaves. A shader that traverses such a tree reads here which instance the ray enters at a leaf.
     pub top_instances: Vec<u32>,
-    /// All instances that rays can meet, as shaders read them: with their transforms in the current frame and, if something
-    /// moves, once more with those in the previous frame.
+    /// All instances after static meshes are merged, as shaders read them, with their transforms in the current frame. If
+    /// something moves, the same instances follow with their transforms in the previous frame.
     pub instances: Vec<GpuInstance>,
-    /// All emissive triangles in the device's world space, which shaders draw as lights: as they are in the current frame
-    /// and, if something moves, once more as they were in the previous frame.
+    /// All emissive triangles in the device's world space, on which light samples draw points. They are stored as they are
+    /// in the current frame and, if something moves, once more as they were in the previous frame.
     pub lights: Vec<GpuLight>,
     /// All punctual lights, in the device's world space and units, as they are in the current frame and, if something moves,
     /// once more as they were in the previous frame.
     pub punctual_lights: Vec<GpuPunctualLight>,
-    /// Alias tables that draw lights; they are of the current frame only. The first draws from all lights. If some lights
-    /// are rare (far dimmer than the others, and sampled separately), two more follow: one draws the lights that are not
-    /// rare, and one draws the rare lights.
+    /// Alias tables by which light samples draw a light at random. Unlike the other arrays, they exist only for the current
+    /// frame. The first table draws from all lights. If some lights are rare (far dimmer than the others, and sampled
+    /// separately), two tables follow: one for the lights that are not rare, and one for the rare lights.
     pub light_choices: Vec<GpuLightChoice>,
 }
 
 impl EpochContents {
-    /// Assembles the contents of the buffers from one pose (state of the scene at one time) if nothing moves, or from the
-    /// poses of the current and the previous frame. `room` is the number of nodes that are reserved in `nodes` for each
-    /// pose's tree over the instances. The caller appends the nodes of the meshes' trees behind all reserved nodes; the
-    /// instances already refer to them there.
+    /// Assembles the contents of the buffers from poses (states of the scene at one time): one pose if nothing moves,
+    /// otherwise those of the current and of the previous frame. `nodes` gets `room` nodes for each pose's tree over the
+    /// instances. The caller must append the nodes of the meshes' trees to `nodes`; the instances already contain the final
+    /// indices of these trees' roots.
     pub fn new(poses: &[&ScenePose], room: usize) -> Self {
         let mut contents = Self {
             nodes: Vec::new(),
@@ -92,15 +92,15 @@ impl EpochContents {
 pub struct MovingScene {
     motion: Motion,
     poser: ScenePoser,
-    /// The number of nodes that are reserved for the tree over the instances, separately for the current and for the
-    /// previous frame, because the tree changes with time and its buffer cannot grow. It is also the index of the root
-    /// of the previous frame's tree in the buffer `nodes`.
+    /// The number of nodes that are reserved in the buffer `nodes` for one tree over the instances, because the tree changes
+    /// with time and the buffer cannot grow. The trees of the current and of the previous frame each get as many. So this
+    /// number is also the index of the root of the previous frame's tree.
     pub room: usize,
-    /// The number of instances in the original scene, before static meshes are merged. For each of them, shaders need
-    /// the transform to its previous position.
+    /// The number of instances in the original scene, before static meshes are merged. Each of them has an entry in
+    /// [`PoseChange::previous_transforms`].
     instance_count: usize,
-    /// The pose of the current frame, then the pose of the previous frame. They are the poses that the device's buffers
-    /// contain.
+    /// The pose (state of the scene at one time) of the current frame, then that of the previous frame. The buffers on the
+    /// device were filled from these two poses, so [`Self::set_times`] computes only poses of other times.
     poses: Mutex<[ScenePose; 2]>,
 }
 
@@ -110,15 +110,16 @@ pub struct PoseChange<'a> {
     /// The locked poses: that of the current frame, then that of the previous frame. While this guard exists, other threads
     /// cannot change the poses. The caller keeps the guard until it has written them to the buffers on the device.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
-    /// True if the pose that was current is now the previous one, so that its acceleration structure can be reused;
-    /// false after a jump in time.
+    /// True if the pose that was current is now the previous one. With ray queries, its acceleration structure over the
+    /// instances is then reused. False if the time has jumped.
     pub advanced: bool,
-    /// One flag for the current and one for the previous pose, in this order: true if this change computed the pose
-    /// anew, so that its acceleration structure must be rebuilt.
+    /// True for each pose that was computed anew: first the current pose, then the previous one. With ray queries, the
+    /// acceleration structure over the instances of such a pose must be rebuilt.
     pub new: [bool; 2],
-    /// For each instance of the scene (counted before static meshes are merged), the transform that takes a point of the
-    /// instance, in the device's world space, from its current position to its position in the previous frame. Motion
-    /// vectors and the reuse of earlier samples need it.
+    /// One transform for each instance of the scene, before static meshes are merged. It takes a point of the instance from
+    /// its position in the current frame to its position in the previous frame; both are in the device's world space
+    /// (relative to the scene's origin, in the device's unit of length). Shaders compute motion vectors with it, and find
+    /// where earlier samples were.
     pub previous_transforms: Vec<GpuPreviousTransform>,
 }
 
@@ -142,12 +143,13 @@ impl MovingScene {
         }
     }
 
-    /// Sets the times of the current frame (`now`) and of the previous frame (`before`), in seconds, and computes the
-    /// poses that are missing. Returns what the caller must update on the device; `None` if both times are already set.
+    /// Sets the times of the current frame (`now`) and of the previous frame (`before`), in seconds, and computes the poses
+    /// at these times that are not known yet. Returns the new poses and what the caller must update on the device; `None` if
+    /// the times are the same as before.
     ///
     /// # Errors
-    /// At one of the times, the transform of an instance or punctual light is not finite or reaches further than can be
-    /// rendered; or posing the scene failed in another thread.
+    /// At one of the times, the transform of an instance or punctual light is not finite, or puts it further away than can
+    /// be rendered; or posing the scene failed in another thread.
     pub fn set_times(&self, now: f64, before: f64) -> Result<Option<PoseChange<'_>>> {
         let mut poses = self.lock()?;
         if poses[0].time == now && poses[1].time == before {
@@ -179,8 +181,9 @@ impl MovingScene {
         }))
     }
 
-    /// The lights of the current pose, and the time of that pose in seconds; the light BVH is fitted to them. `known`
-    /// is the time of the lights that the caller has: if it is the time of the pose, returns `None`.
+    /// The lights as they are in the current frame, and the time of this frame in seconds. The light BVH updates its boxes
+    /// and powers with them. `known` is the time of the lights that the caller already has; if it is the same time, the
+    /// result is `None`.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -189,9 +192,10 @@ impl MovingScene {
         Ok((now.time != known).then(|| (now.lights.clone(), now.time)))
     }
 
-    /// For each instance of the scene (counted before static meshes are merged), the transform that takes a point of the
-    /// instance, in the device's world space, from its current position to its position in the previous frame. These
-    /// transforms are the first content of the buffer `previous_transforms`, with which shaders find where a point was.
+    /// One transform for each instance of the scene, before static meshes are merged. It takes a point of the instance from
+    /// its position in the current frame to its position in the previous frame; both are in the device's world space
+    /// (relative to the scene's origin, in the device's unit of length). The buffer `previous_transforms` is first filled
+    /// with these transforms.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.

@@ -230,9 +230,9 @@ impl Geometry {
     }
 }
 
-/// The largest size, in units of the mesh, for which a mesh is stored without a scale. The smallest such size is 1 /
-/// `ORDINARY`; the size is the longest side of the mesh's box. Products of two such coordinates neither exceed the range of
-/// f32 nor are so small that they lose digits.
+/// The bound of the sizes for which a mesh is stored without a scale: from 1 / `ORDINARY` to just below `ORDINARY`, in units
+/// of the mesh. The size of a mesh is the longest side of its box. For coordinates of such sizes, a product of two neither
+/// exceeds the range of f32 nor is so small that it loses digits.
 const ORDINARY: f32 = (1_u64 << 40) as f32;
 
 /// The length, in units of the mesh, that is stored as 1. It is 1 for most meshes. For a mesh of extreme size ([`ORDINARY`])

@@ -45,27 +45,30 @@ pub struct Lights {
     /// The punctual lights in the device's world space, in the order of the scene. Their indices follow those of the
     /// triangles.
     pub punctual: Vec<GpuPunctualLight>,
-    /// The alias table that selects a light in proportion to its power. In the fraction [`UNIFORM_FRACTION`] of draws, all
-    /// lights that have power are equally likely instead. The table has one column per light of all kinds: triangles, then
-    /// punctual lights, then the environment.
+    /// The alias table that selects a light of any kind. A fraction [`UNIFORM_FRACTION`] of the draws selects each light
+    /// that has power with the same probability; the other draws select lights in proportion to their power. The table has
+    /// one column per light: triangles, then punctual lights, then the environment.
     pub choices: Vec<GpuLightChoice>,
-    /// The alias table over all lights that draws ordinary candidates. Rare lights (far dimmer than the others) have the
-    /// probability 0 in it, because separate candidates are drawn from them. Empty if no light is rare.
+    /// The alias table, over the same lights as `choices`, that draws ordinary candidates: those that compete in reservoirs.
+    /// Rare lights (far dimmer than the others) have the probability 0 in it, because separate candidates are drawn from
+    /// them. Empty if no light is rare.
     pub common_choices: Vec<GpuLightChoice>,
     /// The alias table over all lights that draws the separate candidates of rare lights (far dimmer than the others). All
     /// rare emitters that have power now are equally likely, however many triangles they have. Other lights have the
     /// probability 0. Empty if no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
-    /// One flag per light of all kinds: true if the light is rare, that is, far dimmer than the others. If every user of the
-    /// light BVH draws separate candidates from rare lights, the tree leaves them out. Empty if no light is rare.
+    /// One flag per light of all kinds: true if the light is rare, that is, far dimmer than the others. The light BVH leaves
+    /// out these lights if each kind of light (direct, indirect) that draws from it has separate candidates for rare lights.
+    /// Empty if no light is rare.
     pub rare: Vec<bool>,
     /// The power of each light of all kinds, divided by π, in the device's units; the light BVH takes the sizes of its boxes
     /// and the weights of its lights from it. The powers of distant lights (directional lights and the environment) are
     /// scaled down so that their sum is at most the sum of the powers of all other lights.
     pub powers: Vec<f64>,
     /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance; 0
-    /// if none of them has power. Shaders divide the light that a pixel's pilot (its first BSDF ray) finds by it. Where this
-    /// relative brightness is high, a pixel gets more light candidates.
+    /// if none of them has power. For each pixel, shaders divide by it the luminance that arrives through the pixel from the
+    /// light that its pilot (the pixel's first BSDF ray) hits. Where this quotient is high, the pixel gets more light
+    /// candidates.
     pub mean_luminance: f32,
 }
 
@@ -229,8 +232,8 @@ fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     }
 }
 
-/// Makes the alias table that selects lights in proportion to their powers. In the fraction `uniform_fraction` of all draws,
-/// every light that has power is instead equally likely.
+/// Makes an alias table with one column per light of `powers`. The fraction `uniform_fraction` of all draws selects each
+/// light that has power with the same probability; the other draws select lights in proportion to their powers.
 fn choices(powers: &[f64], uniform_fraction: f64) -> Vec<GpuLightChoice> {
     let table = AliasTable::new(powers, uniform_fraction);
     let columns = table.columns.iter().zip(&table.probabilities);

@@ -113,9 +113,10 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
-/// The smallest product of texture alpha and vertex alpha at which a material of alpha mode mask has a surface; at the next
-/// smaller f32 there is a hole. `cutoff` is the smallest alpha of the material that is not a hole. For a material with a
-/// base colour texture, the result is lower by a tolerance, because devices round texel values.
+/// The smallest product of texture alpha and vertex alpha at which a surface of a material with alpha mode mask is present;
+/// at a smaller product there is a hole. The surface is present where this product × the material's own alpha is at least
+/// `cutoff`. For a material with a base colour texture, the result is lower by a relative tolerance of 4 · 2⁻²³, because
+/// devices round texel values.
 fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     // From two steps below the rounded quotient: no smaller product reaches the cutoff.
     let mut least = (cutoff / material.alpha).next_down().next_down();
@@ -131,9 +132,9 @@ fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     least * (1.0 - rounding)
 }
 
-/// Converts a material to the form that shaders read, with NONE for each of its textures. `radiance` is the radiance, in the
-/// scene's unit, that is stored as 1 on the device. The base colour of an unlit material is a radiance, and is therefore
-/// divided by `radiance`.
+/// Converts a material to the form that shaders read. `radiance` is the radiance, in the scene's unit, that is stored as 1
+/// on the device; the base colour of an unlit material is a radiance, and is therefore divided by it. The result has NONE
+/// for each texture, because the function does not know the places of textures on the device; [`Materials::of`] sets them.
 pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     // KHR_materials_ior: an index of 0 stands for a reflectance of 1 at every angle.
     let normal_reflectance = if material.ior == 0.0 {

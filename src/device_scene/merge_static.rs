@@ -20,8 +20,8 @@ pub struct TracedScene<'a> {
     /// The number plus the entry of the mesh's instance in `instance_ids` is the index of the original instance to which the
     /// part belongs.
     pub part_ids: Vec<Vec<u32>>,
-    /// One entry per material of the scene: true if it emits light at some time. It is taken from the original scene,
-    /// because a merged `scene` has no motion, which may change emission.
+    /// One entry per material of the scene: true if it emits light at some time. The entries are computed from the original
+    /// scene, because a merged `scene` lacks the motion, and thus the changes of emission with time.
     pub emitter_materials: Vec<bool>,
 }
 
@@ -98,11 +98,12 @@ pub struct ElementCounts {
     pub punctual_lights: u64,
     /// The number of texels in the image of the environment; 0 for a scene without an environment.
     pub environment_texels: u64,
-    /// The number of frames whose instances and lights are stored at the same time, also called epochs. It is 2, for the
+    /// The number of epochs, that is, of the frames whose instances and lights are stored at the same time. It is 2, for the
     /// current and the previous frame, if something moves; otherwise 1.
     pub epochs: u64,
-    /// The number of stored transforms from the current to the previous frame: one per instance, counted before merging, if
-    /// something moves; otherwise 0.
+    /// The number of entries in the buffer `previous_transforms`, which transform the points of an instance from their
+    /// positions in the current frame to those in the previous frame. If something moves, it is the number of instances
+    /// before merging; otherwise 0.
     pub previous_transforms: u64,
 }
 

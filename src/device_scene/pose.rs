@@ -31,13 +31,14 @@ pub struct ScenePoser {
     max_depth: u32,
 }
 
-/// An instance of the traced scene, that is, after static meshes are merged, with the data from which each pose computes the
-/// instance's entry in the device's array of instances. These data are the transform that the instance has without motion,
-/// and what does not change with time.
+/// An instance of the traced scene, that is, after static meshes are merged. Each pose computes the instance's entry in the
+/// device's array of instances from these fields: its transform from object to world space without motion, in scene units,
+/// the place of its mesh in the arrays of triangles, and the fields of the entry that no motion changes.
 struct TracedInstance {
     object_to_world: DAffine3,
     mesh: MeshOffsets,
-    /// The instance's entry in the device's array of instances, with zeros for its two transforms, which each pose sets.
+    /// The instance's entry in the device's array of instances. Its fields `object_to_world` and `world_to_object` are zero
+    /// here; each pose sets them.
     constant: GpuInstance,
 }
 
@@ -47,9 +48,10 @@ struct TracedInstance {
 pub struct ScenePose {
     /// The time of the pose in seconds. If the device already has the pose of a wanted time, it is not computed again.
     pub time: f64,
-    /// All traced instances (after static meshes are merged) with their transforms. `root_node` is the index of the mesh's
-    /// root in [`Geometry::nodes`]. In the device's buffer, the trees over the instances come first, so the number of
-    /// entries before the meshes' nodes is added to this index when the instances are uploaded.
+    /// All traced instances (after static meshes are merged) with their transforms, in the form in which shaders read them,
+    /// but for one field: `root_node` is here the index of the mesh's root in [`Geometry::nodes`]. In the device's buffer of
+    /// nodes, the trees over the instances come first. When the instances are uploaded, their number of nodes is therefore
+    /// added to `root_node`.
     pub instances: Vec<GpuInstance>,
     /// The indices in `instances` of all instances that rays can hit; only these are in the tree or the acceleration
     /// structure. An instance is left out if its transform flattens it to a plane, a line or a point.

@@ -7,28 +7,30 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The maximum power of all rare emitters together, as a fraction of the power of all emitters. Draws by power seldom select
-/// emitters with so little power, and then a brighter emitter nearly always replaces them in a reservoir.
+/// The maximum power of all rare emitters together, as a fraction of the power of all emitters. The dimmest emitters are
+/// rare, as many as stay below this fraction in sum. Draws by power seldom select such an emitter, and if it is drawn, a
+/// brighter emitter nearly always replaces it in the reservoir.
 const FRACTION: f64 = 1.0 / 96.0;
 
 /// The maximum power of a rare emitter, as a fraction of the mean power of all emitters that have power. So no emitter is
 /// rare in a scene whose emitters have similar powers.
 const PART: f64 = 1.0 / 8.0;
 
-/// The minimum ratio of the smaller to the larger of two powers at which the powers count as equal, because the areas of
-/// emitters are rounded. Of emitters with equal power, either all are rare or none is.
+/// The minimum ratio of the smaller to the larger of two powers at which they count as equal. It is below 1, because
+/// rounding makes the powers of equal emitters differ slightly. Of emitters with equal power, either all are rare or none
+/// is.
 const SAME: f64 = 1.0 - 1e-6;
 
 /// The classification of a scene's lights into rare lights (far dimmer than the others) and ordinary ones. Two tables of
 /// weights follow from it: one for the candidates that compete in reservoirs, and one for the separate candidates of rare
 /// lights.
 pub struct RareLights {
-    /// For each light, the index of its emitter. For example, all triangles of one material in one instance are one emitter.
-    /// The lights of an emitter are either all rare or all ordinary, so that small triangles of a bright emitter are not
-    /// rare.
+    /// For each light, the index of its emitter. An emitter is all triangles of one material in one instance, or a single
+    /// light of another kind. The lights of an emitter are either all rare or all ordinary, so that small triangles of a
+    /// bright emitter are not rare.
     emitters: Vec<usize>,
-    /// One entry per light: true if it is rare. It does not change with time. Otherwise a reservoir of an earlier frame
-    /// could hold a light that has separate candidates now.
+    /// One entry per light: true if it is rare. The entries do not change with time, even if powers do. If they changed, a
+    /// reservoir of an earlier frame could hold a light that has separate candidates now.
     pub is_rare: Vec<bool>,
 }
 
@@ -67,17 +69,17 @@ impl RareLights {
             .then_some(Self { emitters, is_rare })
     }
 
-    /// One weight per light, in proportion to which ordinary candidates select the light: its current power from `powers`,
-    /// or 0 for a rare light. If no ordinary light has power now, each of them has the weight 1, because the table must
-    /// select some light.
+    /// One weight per light, in proportion to which ordinary candidates (those that compete in reservoirs) select the light:
+    /// its current power from `powers`, or 0 for a rare light. If no ordinary light has power now, every ordinary light has
+    /// the weight 1, because the alias table must select some light.
     pub fn common_weights(&self, powers: &[f64]) -> Vec<f64> {
         self.weights_among(powers, false)
     }
 
     /// One weight per light, in proportion to which the separate candidates of rare lights select the light; 0 for a light
-    /// that is not rare. The weights of one emitter's lights are in proportion to their current `powers` and add up to 1, so
-    /// that all emitters are equally likely. They are all 0 for an emitter without power now, unless no rare emitter has
-    /// power; all lights of an emitter then have the same weight.
+    /// that is not rare. The weights of the lights of one emitter are in proportion to their current `powers` and add up to
+    /// 1, so that all emitters are equally likely. An emitter without power now has only weights of 0. But if no rare
+    /// emitter has power, the weights of each emitter are equal and add up to 1.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());
@@ -104,8 +106,8 @@ impl RareLights {
     }
 }
 
-/// The sum of the `values`, such as powers, of each of `count` emitters. A value belongs to one light, and `emitters` has
-/// the index of the light's emitter at the same place.
+/// For each of `count` emitters, the sum of the `values` (such as powers) of its lights. `values` and `emitters` have one
+/// entry per light: its value, and the index of its emitter.
 fn sums(values: &[f64], emitters: &[usize], count: usize) -> Vec<f64> {
     let mut sums = vec![0.0; count];
     for (value, emitter) in values.iter().zip(emitters) {

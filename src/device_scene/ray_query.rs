@@ -73,8 +73,8 @@ impl RayQueryScene {
         &self.tops[self.current.load(Ordering::Relaxed)]
     }
 
-    /// The top-level structure over the instances of the previous frame, in which shaders test visibility as it was then. If
-    /// nothing moves, it is that of the current frame.
+    /// The top-level structure over the instances as they were in the previous frame. Shaders trace shadow rays in it, to
+    /// find what was visible in that frame. If nothing moves, it is the structure of the current frame.
     pub fn previous_top(&self) -> &AccelerationStructure {
         let previous = (self.current.load(Ordering::Relaxed) + 1) % self.tops.len();
         &self.tops[previous]

@@ -42,8 +42,9 @@ pub struct GpuScene {
     /// indices of lights of all kinds, the emissive triangles come first, so a light with an index below
     /// [`ElementCounts::triangle_lights`] is one of them.
     pub counts: ElementCounts,
-    /// The size, in entries, of the stack with which a compute shader traverses the trees. It is a multiple of 8, so that
-    /// scenes with similar trees share compiled shaders.
+    /// The size of the stack with which a compute shader traverses the tree over the instances and the trees over their
+    /// meshes, in entries of two words; an entry is a group of nodes or triangles that are still to be visited. It is a
+    /// multiple of 8, so that scenes with trees of similar depth share compiled shaders.
     pub stack_size: u32,
     buffers: SceneBuffers,
     /// The texture images; empty if shaders read texels from a buffer.
@@ -55,8 +56,8 @@ pub struct GpuScene {
     /// For each emissive triangle, the index of the first emissive triangle of its group. A group is the triangles of an
     /// instance that are connected by common corners; the light BVH treats it as one light where it can.
     pub light_groups: Vec<u32>,
-    /// For each traced instance (after static meshes are merged), the number of triangles in its mesh. Random points on the
-    /// surfaces are drawn with it.
+    /// For each traced instance (after static meshes are merged), the number of triangles in its mesh.
+    /// [`GpuScene::surface_points`] draws random points on the surfaces by these numbers.
     triangle_counts: Vec<u32>,
 }
 

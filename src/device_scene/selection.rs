@@ -9,7 +9,9 @@ use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
-/// The user's requests for the shader variant. For each choice that is `None`, [`select`] decides by its rules.
+/// What decides the shader variant besides the device and the scene: the user's requests, and whether the commands are
+/// captured. For each request that is `None`, [`select`] decides by its rules. A shader variant states how shaders trace
+/// rays, and how they read buffers and textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
     /// The requested tracer: ray queries, or the BVH that is traversed in compute.
@@ -59,14 +61,22 @@ const NO_REPLAY: &str = "addresses of buffers cannot be replayed on this device"
 
 /// Selects the shader variant for a scene on a device.
 ///
-/// Without requests, these rules hold. Rays are traced by ray queries if the device has them, but a CPU device traces in
-/// compute, because its ray queries are much slower. Buffers are accessed by address if the device allows it, because the
-/// size of a bound buffer is limited. Drivers on which addresses were measured to be slow (by the processor time of path
-/// tracing `cornell-glossy` and `night-city`) are an exception: they use bindings, if a binding can hold each buffer that is
-/// not read as texels. Data in groups of four words are read as texels, unless a texel buffer can hold less than a binding
-/// or, on a device with buffer addresses, less than the scene needs. Where buffers are accessed by address, textures are
-/// read from images if the device can sample all of them. A CPU device reads them from a buffer, which is faster there,
-/// unless the texels are too large for one buffer.
+/// Without requests, these rules hold:
+///
+/// - Rays are traced by ray queries if the device has them. But a CPU device traces in compute, because its ray queries are
+///   much slower.
+/// - Data in groups of four words are read as texels if a texel buffer can hold at least as much as a binding. On a device
+///   with buffer addresses, it must also be able to hold each such buffer of the scene. Otherwise the data are read as
+///   words.
+/// - Buffers are accessed by address if the device has addresses, because the size of a bound buffer is limited. On two
+///   drivers addresses are slower ([`DriverKind`]), as measured by the processor time of path tracing `cornell-glossy` and
+///   `night-city`. These drivers use bindings, if a binding can hold each buffer that is not read as texels.
+/// - Textures are read from images if buffers are accessed by address and the device can sample all images of the scene;
+///   otherwise from a buffer. A CPU device reads them from a buffer, which is faster there, unless the texels are too large
+///   for one buffer.
+///
+/// The exception is a capture on a device that cannot give buffers the same addresses in a replay. Rays are then traced in
+/// compute, and buffers are accessed by bindings.
 ///
 /// # Errors
 /// A request cannot be met: ray queries or buffer addresses on a device without them, storage buffers for a scene that is

@@ -138,8 +138,9 @@ impl Fingerprints {
     }
 }
 
-/// [`Fingerprints::all`] of the shaders in the folder of `HEADWATER_GLSL`. `None` without that variable: then the commit of
-/// the program tells the shaders. Pictures store it, so that no run goes on with sums that other shaders computed.
+/// [`Fingerprints::all`] of the shaders in the folder of `HEADWATER_GLSL`; `None` if the variable is not set, because the
+/// commit of the program then identifies the embedded shaders. It is stored in the metadata of pictures. `--resume` compares
+/// it, so that it adds no samples of other shaders to a picture.
 ///
 /// # Errors
 /// The folder cannot be read.

@@ -59,8 +59,9 @@ impl SceneSizes {
         }
     }
 
-    /// The largest buffer among those for whose names `counts` returns true: its name, and its size in bytes. If it is
-    /// larger than a binding can be, buffers are accessed by address. An empty name and 0 if there is no such buffer.
+    /// The name of the largest buffer, and its size in bytes. Only buffers count for which `counts`, called with the
+    /// buffer's name, returns true; if there are none, the result is an empty name and 0. The choice of the shader variant
+    /// compares the size with the limits for bindings and texel buffers.
     pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
         let counted = buffers.filter(|(name, _)| counts(name));

@@ -181,8 +181,9 @@ impl AccelerationStructure {
     }
 }
 
-/// The input of a build: the level of the structure (bottom or top), and the address of its triangles or instances on the
-/// device. The size of the structure is computed from it before the build.
+/// The input for the build of an acceleration structure: the level of the structure (bottom or top), and the address of its
+/// triangles or instances on the device. From the same input, the driver also computes how much memory the structure and its
+/// build need.
 #[derive(Clone, Copy)]
 struct Build<'a> {
     kind: vk::AccelerationStructureTypeKHR,

@@ -201,9 +201,9 @@ impl<'a> Reached<'a> {
         }
     }
 
-    /// What is known about the result of an instruction in the block with the label `here`. `None` if nothing is known yet:
-    /// for a phi none of whose inputs has a known value on a reached edge, and for a load of a tracked variable to which no
-    /// store was reached.
+    /// What is known about the result of an instruction in the block with the label `here`; `None` if nothing is known yet.
+    /// That is the case for a phi until a value that arrives by a reached edge is known, and for a load of a tracked
+    /// variable until a store to the variable is reached.
     fn evaluate(&self, instruction: &Instruction, here: Word) -> Option<Known> {
         let operands = &instruction.operands;
         let operation = instruction.class.opcode;
@@ -385,8 +385,8 @@ fn is_structure(instruction: &Instruction) -> bool {
     )
 }
 
-/// Removes the functions that no entry point calls, directly or through other functions, so that the bindings that only they
-/// use are not needed either.
+/// Removes the functions that no entry point calls, directly or through other functions. A binding that only removed
+/// functions use is then no longer needed.
 fn remove_functions(module: &mut Module) {
     let by_id: HashMap<Word, &Function> = (module.functions.iter())
         .filter_map(|function| Some((id_of_function(function)?, function)))

@@ -92,15 +92,15 @@ pub struct DeviceInfo {
     pub max_storage_buffer_range: u64,
     /// The maximum number of storage buffers that one shader can bind. A pass whose shader binds more cannot be made.
     pub max_storage_buffers: u32,
-    /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels. It limits the size of trees
-    /// and other data that are read so.
+    /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels. It limits the size of the
+    /// data for which the shader variant chooses this kind of access, such as the nodes of trees.
     pub max_texels: u32,
-    /// The maximum number of images that one pass can bind. Its buffers may count as well, so some of the number is kept
-    /// free for them. If a scene has too many images for this limit, all its textures are stored in one buffer instead of
+    /// The maximum number of images that one pass can bind. On some devices, bound buffers count as images too, so a scene
+    /// may only have this number minus 64 images. If it has more, all its textures are stored in one buffer instead of
     /// images.
     pub max_sampled_images: u32,
     /// The maximum width and height of an image, in texels. If a texture is larger, all textures of the scene are stored in
-    /// one buffer instead of images, or refused if the user has requested images.
+    /// one buffer instead of images. If the user has requested images, the scene is refused.
     pub max_image_side: u32,
     /// The maximum size of one buffer or image in bytes, which is the driver's limit for one allocation of memory. A scene
     /// that needs a larger buffer is refused.

@@ -35,8 +35,8 @@ pub struct Instance {
     entry: ash::Entry,
 }
 
-/// Functions of the extensions that make and query surfaces without a window (`VK_KHR_surface`, `VK_EXT_headless_surface`),
-/// to which pictures are presented for capture tools.
+/// The loaded functions of `VK_KHR_surface` and `VK_EXT_headless_surface`, by which surfaces without a window are made and
+/// queried. Pictures are presented to such a surface, so that capture tools see where frames end.
 pub(super) struct Surfaces {
     pub(super) surface: khr::surface::Instance,
     pub(super) headless: ext::headless_surface::Instance,
@@ -241,8 +241,8 @@ impl Instance {
         debug.map(DebugUtils::messages).unwrap_or_default()
     }
 
-    /// True if pictures can be presented on the device, by which capture tools find frames: the instance was made with
-    /// headless surfaces, and the device has swapchains.
+    /// True if the device can present pictures to headless surfaces, so that capture tools see where frames end. For this,
+    /// the instance must have the extensions for headless surfaces, and the device must have swapchains.
     pub fn presents(&self, device: &DeviceInfo) -> bool {
         self.surfaces.is_some() && device.presentation
     }

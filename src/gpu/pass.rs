@@ -41,9 +41,9 @@ pub enum Resource<'a> {
 /// implement this trait.
 pub trait Bindings<'a> {
     /// The resources that the shader must use, each with the name of its binding.
-    /// [`Recording::pass`](super::Recording::pass) returns an error if the shader's code does not use a binding of one of
-    /// these names. Code that specialisation removes counts too; a binding that only such code uses is not an error, and
-    /// nothing is bound to it.
+    /// [`Recording::pass`](super::Recording::pass) returns an error if the shader's code, before specialisation, uses no
+    /// binding of one of these names. If specialisation removes all code that uses a binding, its resource is allowed, but
+    /// is not bound.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
     /// The resources that the shader may use, each with the name of its binding. A resource is bound only if the specialised

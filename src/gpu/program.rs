@@ -72,8 +72,8 @@ impl Program {
         Ok(program)
     }
 
-    /// Makes the Vulkan layouts of descriptor set 0, with the bindings of the program, and of the pipeline, with this set
-    /// and the push constants of `source`.
+    /// Makes two Vulkan layouts: that of descriptor set 0, from the bindings of the program, and that of the pipeline. The
+    /// pipeline layout consists of this set and the push constants of `source`.
     fn lay_out(&mut self, source: &Source) -> std::result::Result<(), vk::Result> {
         let bindings: Vec<_> = (self.bindings.iter())
             .map(|b| {

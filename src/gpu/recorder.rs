@@ -150,8 +150,8 @@ pub(super) struct Submission {
     pub(super) recorder: Recorder,
     /// Descriptor pools of the commands, one per recorded pass. They are destroyed when the commands have finished.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
-    /// The timed regions (usually passes) in the order of recording, from which [`Self::times`] takes the names of the
-    /// times. Each has its name and a flag, which is true if the region is the first run of a pass.
+    /// The timed regions (usually passes) in the order of recording. Each has its name and a flag, which is true if the
+    /// region is the first run of a pass. [`Self::times`] copies both to the times that it returns.
     pub(super) regions: Vec<(String, bool)>,
     pub(super) started: Instant,
 }

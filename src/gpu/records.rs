@@ -47,9 +47,9 @@ pub struct CompilerReport {
     pub statistics: Vec<(String, String)>,
 }
 
-/// The records of the work on a device since it was opened, which profiles and regression tests read. Rendering does not
-/// depend on them, so a panic of a thread that changes a list causes no error here: the list is then no longer changed, and
-/// reads as empty.
+/// The records of the work on a device since it was opened, which profiles and regression tests read. If a thread panics
+/// while it changes one of the lists, this list is not changed any more, and reads as empty. This is no error, because
+/// rendering does not depend on the records.
 #[derive(Default)]
 pub struct Records {
     /// Total size in bytes of the SPIR-V of all pipelines made so far; see [`Records::shader_bytes`].

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 /// resource of another kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
-    /// The binding needs a storage buffer. The shader reads it, and may write it unless the buffer is declared `readonly`.
+    /// The binding needs a storage buffer, which the shader reads, writes or both.
     Storage {
         /// False if the shader declares the buffer, or every member of it, `readonly`. Such a buffer must be bound as
         /// [`Resource::Read`](super::Resource::Read), any other one as [`Resource::Write`](super::Resource::Write).
@@ -88,7 +88,8 @@ pub(crate) fn parse(words: &[u32]) -> Result<Module> {
         .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))
 }
 
-/// True if the instruction declares an image type with the dimension `dim`.
+/// True if the instruction declares an image type with the dimension `dim`. The [`BindingKind`] of a binding is found with
+/// it.
 fn is_image(instruction: &Instruction, dim: Dim) -> bool {
     instruction.class.opcode == Op::TypeImage
         && instruction.operands.get(1) == Some(&Operand::Dim(dim))
@@ -187,9 +188,10 @@ impl Reflection {
         Ok(interface)
     }
 
-    /// Compares the structures that Rust and the shader share, because Rust writes them to buffers as bytes: number, names
-    /// and offsets of the members, and strides of arrays of the structure. `layouts` has the layouts in Rust; those that the
-    /// shader does not use in buffers are skipped. Returns the names of the compared structures, in the order of `layouts`.
+    /// Compares the layouts of the structures that Rust and the shader share, because Rust writes these structures to
+    /// buffers as bytes. It compares the number, names and offsets of the members, and the strides of arrays of the
+    /// structure. `layouts` has the layouts in Rust; those that the shader does not use in buffers are skipped. Returns the
+    /// names of the compared structures, in the order of `layouts`.
     ///
     /// # Errors
     /// A structure differs; the error describes the first difference.

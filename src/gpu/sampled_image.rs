@@ -75,7 +75,8 @@ impl SampledImage {
         self.size
     }
 
-    /// Makes the Vulkan image, its memory and the view through which shaders sample it.
+    /// Makes the Vulkan image of `width` × `height` texels, its memory and the view through which shaders sample it, and
+    /// stores them in `self`. The texels are not written yet. `name` appears in tools and error messages.
     fn make(&mut self, name: &str, [width, height]: [u32; 2]) -> Result<()> {
         let device = &self.device;
         let fail = |e| device.failure(&format!("make image {name} of {width} × {height}"), e);

@@ -95,9 +95,9 @@ fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>
     words.collect()
 }
 
-/// The result of an operation on booleans (0 or 1) or unsigned 32-bit integers. It is `None` for an operation that
-/// Headwater's shaders do not need here, neither in specialisation nor in the removal of dead code. Such an operation stays
-/// in the shader, and the driver computes it.
+/// The result of an operation on booleans (0 or 1) or unsigned 32-bit integers, for specialisation and the removal of dead
+/// code. It is `None` for an operation that is not in the list below; Headwater's shaders need no others. Such an operation
+/// stays in the shader, and the driver computes it.
 pub(super) fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
     let result = match (operation, operands) {
         (Op::LogicalNot, [a]) => u32::from(*a == 0),

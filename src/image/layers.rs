@@ -53,10 +53,10 @@ impl Image {
         })
     }
 
-    /// Finds the layer that has float channels with all of `names` and with none of `others`, and returns its name; `None`
-    /// if there is no such layer. The name "" stands for channels without a layer, which are taken first. Otherwise the only
-    /// such layer is taken, or, if there are several, the only one of them that is called Combined. In all other cases the
-    /// result is an error.
+    /// Finds the layer that has float channels with all of `names` and with none of `others`, and returns its name. Channels
+    /// without a layer are taken first; their name is "". Otherwise the only layer that fits is taken or, if several fit,
+    /// the only one of them that is called Combined. The result is `None` if no layer fits, and an error if several fit and
+    /// this rule does not decide.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
         let layers = self.channels.keys().filter_map(|channel| {
             let layer = channel.strip_suffix(names[0])?;

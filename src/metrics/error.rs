@@ -57,8 +57,8 @@ impl Errors {
 
 /// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. For successive frames of
 /// an animation it is the temporal correlation of their noise, which studies report: 1 means the same pattern of noise in
-/// both frames. `a` and `b` are each a pair of a picture and its reference. The result is 0 if one picture has the same
-/// error everywhere, because its correlation is then undefined.
+/// both frames. `a` and `b` are each a pair of a picture and its reference. If all errors of one picture are equal, the
+/// correlation is undefined, and the result is 0.
 ///
 /// # Panics
 /// The four slices differ in length.

@@ -17,9 +17,9 @@ pub struct Flip {
     pub map: Vec<u8>,
 }
 
-/// Compares two pictures of linear RGB values, row by row from the top, on a display of [`PIXELS_PER_DEGREE`]. `size` is
-/// (width, height) in pixels. Each picture is shown as radiance × 2^`exposure`, clamped to [0, 1] and encoded as 8-bit sRGB.
-/// There is no tone curve, because it would hide errors in bright areas.
+/// Compares two pictures of linear RGB radiance, row by row from the top, as they look on a display with the resolution
+/// [`PIXELS_PER_DEGREE`]. `size` is (width, height) in pixels. Each picture is shown as radiance × 2^`exposure`, clamped to
+/// [0, 1] and encoded as 8-bit sRGB. There is no tone curve, because it would hide errors in bright areas.
 ///
 /// # Panics
 /// A picture has fewer pixels than `size`.

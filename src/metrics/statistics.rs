@@ -72,9 +72,9 @@ impl Estimate {
         half_width / self.mean.abs()
     }
 
-    /// The difference `self` − `other` of two independent estimates, with its standard error. The degrees of freedom of the
-    /// difference follow from the formula of Welch and Satterthwaite. The field `samples` of the result is one more than
-    /// these, rounded down, so that confidence intervals of the difference use them.
+    /// The difference `self` − `other` of two independent estimates, with its standard error, both in the unit of the
+    /// samples. The formula of Welch and Satterthwaite gives the degrees of freedom of the difference. The field `samples`
+    /// of the result is these degrees, rounded down, plus 1, so that [`Self::t_interval_half_width`] calculates with them.
     pub fn minus(&self, other: &Self) -> Self {
         Self {
             mean: self.mean - other.mean,

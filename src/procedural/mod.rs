@@ -12,8 +12,8 @@ use crate::{Error, Result};
 use parameters::Values;
 pub use parameters::{Parameter, Range};
 
-/// A procedural scene that the command line can name: its description, its parameters and the function that generates it.
-/// `headwater scene list` prints them.
+/// A procedural scene that the command line can name: its name, its description, its parameters and the function that
+/// generates it. `headwater scene list` prints all of these but the function.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Procedural {
     /// The name of the scene on the command line.

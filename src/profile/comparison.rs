@@ -76,8 +76,8 @@ pub fn check_comparable(
 /// Compares the profile `now` with the profile `earlier`, and returns one sentence for each time or memory size that is
 /// worse than `limits` allow; the list is empty if none is. A median time that exceeds its limit is worse only if it also
 /// exceeds the earlier 95th percentile of this time, because smaller differences can be noise. Passes that now take less
-/// than 2 % of the frame's time are not compared. If the earlier profile does not list one of the other passes, this pass is
-/// new and always has a sentence.
+/// than 2 % of the frame's time are ignored. Each other pass that is missing from the earlier profile is new, and gets a
+/// sentence.
 pub fn slower(now: &Profile, earlier: &Profile, limits: Limits) -> Vec<String> {
     let mut found = Vec::new();
     // Beyond the limit, and beyond what the earlier frames themselves varied by.

@@ -44,8 +44,9 @@ pub struct Subject {
     /// Position, orientation and field of view of the camera as one text. Two profiles have the same camera if these texts
     /// are equal.
     pub camera: String,
-    /// The time in the scene that frame 0 shows, in seconds, and the number of frames per second of scene time; the second
-    /// is `None` if all frames show the same time. The whole field is `None` if nothing in the scene moves.
+    /// The clock of the animation: first the time in the scene that frame 0 shows, in seconds, then the number of frames per
+    /// second of scene time. The second value is `None` if all frames show the same time. The whole field is `None` if
+    /// nothing in the scene moves. Profiles are compared only if this field is equal in both.
     pub clock: Option<(f64, Option<f64>)>,
     /// Number of frames that are rendered before the timed ones. During them, the shaders are compiled and the history (the
     /// data that a frame reuses of earlier frames) is filled, so that the timed frames do only the usual work of a frame.
@@ -112,9 +113,9 @@ pub struct Pass {
     /// Time on the host that the driver needed to make the pipeline of the pass, in milliseconds. If the pass has several
     /// pipelines, it is the time for the first one. 0 if the time was not recorded.
     pub pipeline: f64,
-    /// Counts of the pass in the first timed frame, such as its rays, the active lanes of its subgroups, and the bytes that
-    /// it reads and writes. Because counting takes time, they come from a separate run with other shaders. All are 0 if the
-    /// pass counts nothing.
+    /// Counts of the pass in one frame, such as its rays, the active lanes of its subgroups, and the bytes that it reads and
+    /// writes. Counting takes time, so this frame is rendered again in a separate run, with shaders that count; it has the
+    /// same index as the first timed frame. All are 0 if the pass counts nothing.
     pub counts: Counts,
     /// Values that the driver's compiler reports about the pass, such as the number of registers, as pairs of a name and a
     /// value. If the pass has several pipelines, the values of all of them follow each other. Empty if the driver reports
@@ -129,9 +130,10 @@ pub struct Pass {
 pub struct Memory {
     /// Name that all buffers of this entry have, such as `reservoirs`. It is `images` if this is the entry of all images.
     pub name: String,
-    /// Number of the buffers with this name, or of all images.
+    /// Number of the buffers on the device that have the name `name`; in the entry `images`, the number of all images.
     pub count: u32,
-    /// Size in bytes of all buffers with this name together, or of all images together.
+    /// Size in bytes of these buffers or images together. The sum over all entries is compared with that of an earlier
+    /// profile.
     pub bytes: u64,
 }
 
@@ -236,8 +238,8 @@ impl Profile {
         }
     }
 
-    /// Size of all buffers and images on the device together after the last frame, in bytes. Two profiles are compared by
-    /// it.
+    /// Size in bytes of all buffers and images on the device together, after the last frame. The comparison of two profiles
+    /// reports an increase of this size.
     pub fn bytes(&self) -> u64 {
         self.memory.iter().map(|memory| memory.bytes).sum()
     }

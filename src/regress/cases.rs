@@ -39,8 +39,9 @@ mod tests {
     use crate::render::presets;
     use std::collections::BTreeSet;
 
-    /// Parts of command lines, such as `--preset fast`, each of which must occur in the arguments of at least one case.
-    /// Otherwise a driver could fail with a choice of the renderer that no regression test uses.
+    /// The choices of a user of the renderer that the regression tests must cover, as parts of command lines, such as
+    /// `--preset fast`. A test checks that each of them occurs in the arguments of at least one case. Otherwise a driver
+    /// could fail with a choice that no regression test uses.
     fn choices() -> Vec<String> {
         let presets = presets::PRESETS
             .iter()

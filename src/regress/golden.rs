@@ -38,8 +38,8 @@ pub struct Step {
 }
 
 impl Step {
-    /// Makes a step from `output`, the recorded hash of a buffer after a pass. `frame` is the index of the frame in which
-    /// the pass ran.
+    /// Makes a step (the hash of one buffer after one pass) from `output`, the hash that was recorded when the pass had run,
+    /// with the names of the pass and of the buffer. `frame` is the index of the frame in which the pass ran.
     pub fn of(frame: u32, output: Output) -> Self {
         Self {
             frame,
@@ -112,8 +112,8 @@ pub struct Blessing {
     pictures: BTreeMap<String, Image>,
     /// The path of the folder of all golden frames, which contains one folder per driver.
     folder: PathBuf,
-    /// The paths on disk at which the set of this driver can be: the normal one, and the one for the older set while it is
-    /// replaced.
+    /// The two paths on disk at which the set of this driver can be: the normal one, and the one to which an older set is
+    /// moved while the new one takes its place.
     locations: Locations,
 }
 
@@ -155,9 +155,9 @@ impl Blessing {
         self.pictures.insert(case.name.clone(), image);
     }
 
-    /// Adds the cases of the driver's set on disk, if there is one. So a run with `--only` does not lose the golden frames
-    /// of the cases that it does not render. Cases that are added later replace these, and [`Self::finish`] copies the
-    /// pictures of those that were not replaced.
+    /// Adds the golden frames of the driver's set on disk, if there is one, so that a run with `--only` does not lose the
+    /// golden frames of the cases that it does not render. A result that is added later replaces the golden frame of the
+    /// same case. If a golden frame is not replaced, [`Self::finish`] copies its picture from the set on disk.
     ///
     /// # Errors
     /// The list of the set on disk cannot be read, is damaged, or has another version.
@@ -233,7 +233,8 @@ impl Blessing {
 /// that a complete set exists at any time, even if the program is killed while it replaces a set.
 struct Locations {
     target: PathBuf,
-    /// The path to which the older set is moved while a new set takes its place.
+    /// The path to which the older set of golden frames is moved while a new set takes its place at `target`. If the program
+    /// is killed in between, the older set is found here.
     older: PathBuf,
 }
 
@@ -246,8 +247,8 @@ impl Locations {
         }
     }
 
-    /// The folder of the driver's complete set; `None` if there is none. Normally it is `target`. If a program was killed
-    /// after it had moved the older set away, and before the new set was in its place, it is `older`.
+    /// The folder that contains the complete set of the driver; `None` if there is none. Normally, this folder is `target`.
+    /// It is `older` if a program was killed after it had moved the older set away and before the new set was in place.
     fn set(&self) -> Option<&Path> {
         let mut locations = [&self.target, &self.older].into_iter();
         locations

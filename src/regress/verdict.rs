@@ -8,7 +8,8 @@ use crate::image::Image;
 /// The result of rendering a case on the driver that is tested: the picture and the hashes that are compared with the golden
 /// frame, the stored result of a trusted driver.
 pub struct Rendered {
-    /// The picture of the case, rendered as in normal use: with whole frames, and not pass by pass as for the hashes.
+    /// The picture of the case, from a run in which each frame is submitted as a whole, as in normal use. The hashes in
+    /// `steps` come from a second run, in which the passes run one by one.
     pub image: Image,
     /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran. They
     /// show which pass first differs from the golden frame.

@@ -84,9 +84,9 @@ fn fraction([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 
-/// The sum of one counter over all passes, or `u32::MAX` if the sum is larger. With a counter of faults, it tells whether
-/// any pass had a fault. `all` has the counters of all passes, one pass after the other, and `counter` is the index of the
-/// counter within each pass.
+/// The sum of one counter over all passes, or `u32::MAX` if the sum is larger. For a counter of faults, a sum above 0 means
+/// that some pass had a fault. `all` has the counters of all passes, one pass after the other, and `counter` is the index of
+/// the counter within those of a pass.
 fn sum(all: &[u32], counter: u32) -> u32 {
     let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
     own.fold(0, |sum: u32, n| sum.saturating_add(*n))
@@ -108,8 +108,9 @@ pub struct Counters {
     /// name, and [`Counts`] are reported under it.
     passes: RefCell<Vec<String>>,
     counting: bool,
-    /// The values of all counters at the last call of [`Self::since_last`]; all are 0 if [`Self::clear`] was called later.
-    /// Reading does not reset the counters, and they may wrap around, so only differences between two readings are used.
+    /// The values of all counters at the last call of [`Self::since_last`], or all 0 after [`Self::clear`]. Counts are the
+    /// differences between the counters now and these values, because reading does not reset the counters, and they may wrap
+    /// around.
     seen: Vec<u32>,
 }
 

@@ -54,9 +54,9 @@ pub fn specular_albedo(cosine: f64, roughness: f64) -> DVec2 {
 }
 
 /// The table of [`specular_albedo`] that shaders look up with `energy=compensated`. It has (ALBEDO_CELLS + 1)² entries: one
-/// row per roughness, and in each row one entry per cosine, both in ascending order. The roughness has equal steps over [0,
-/// 1], but at least `MIRROR_ROUGHNESS`. The cosines are the squares of equal steps, so that more of them are at grazing
-/// angles, where the slope of the albedo changes most.
+/// row per roughness, and in each row one entry per cosine, both in ascending order. The roughnesses are equally spaced in
+/// [0, 1], but those below `MIRROR_ROUGHNESS` are raised to it. The cosines are the squares of equally spaced numbers, so
+/// that more of them are at grazing angles, where the slope of the albedo changes most.
 pub fn albedo_table() -> Vec<[f32; 2]> {
     let side = ALBEDO_CELLS + 1;
     (0..side * side)

@@ -4,18 +4,19 @@ use super::scene_bindings::SceneBindings;
 use crate::gpu::Buffer;
 
 /// The buffers and numbers of one frame that all passes of reservoir resampling have in common. The functions that record
-/// passes bind the buffers, and read the numbers to decide which passes a frame needs and how large they are.
+/// passes bind the buffers. From the numbers, they decide which passes a frame needs, and how many workgroups a pass has.
 pub struct FrameInputs<'a> {
     /// The bindings of the scene, the light BVH, and the table of specular albedos. Every pass may use them.
     pub scene: &'a SceneBindings,
     /// The sample data of this frame: the primary surface of each pixel, which is the surface that the camera sees there.
     /// Passes compute direct and indirect light at these surfaces.
     pub sample_data: &'a Buffer,
-    /// The sample data (primary surfaces) of the previous frame, with which temporal reuse compares those of this frame.
-    /// `None` in the first frame, and if neither direct nor indirect light is reused over time.
+    /// The primary surfaces (sample data) of the previous frame. Temporal reuse compares them with the primary surfaces of
+    /// this frame, to find reservoirs of similar surfaces. `None` in the first frame, and if neither direct nor indirect
+    /// light is reused over time.
     pub previous_sample_data: Option<&'a Buffer>,
-    /// The picture of this frame: the RGB radiance of each pixel, to which passes add light. Its unit of radiance is that in
-    /// which the scene is stored on the device.
+    /// The picture of this frame: the RGB radiance of each pixel, to which passes add light, in the device's unit of
+    /// radiance (the scene's unit times a power of two).
     pub color: &'a Buffer,
     /// The buffer with the counters of all passes, in which passes count faults, rays and more.
     pub counters: &'a Buffer,
@@ -23,8 +24,9 @@ pub struct FrameInputs<'a> {
     /// host, it is compared with the setting `hash_grid.until_frame`: from this frame on, the passes of the hash grid (a
     /// light sampler) do not run, unless the setting is 0.
     pub frame: u32,
-    /// True in the first frame after the renderer was made or restarted. Then there is no data of earlier frames that passes
-    /// could reuse, and data that all frames share has to be computed.
+    /// True in the first frame after the renderer was made or restarted. There is then no data of earlier frames that passes
+    /// could reuse. Passes whose results are kept for all later frames, such as those of a hash grid that is filled once,
+    /// run in this frame.
     pub is_first: bool,
     /// The number of workgroups along the axes x, y and z, for passes that have one invocation per pixel; z is 1.
     pub groups: [u32; 3],

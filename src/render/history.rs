@@ -31,21 +31,24 @@ impl<T> History<T> {
         &self.copies[self.current.get()]
     }
 
-    /// The copy that was current before the last call of [`Self::advance`]. `None` if there is only one copy, and before the
-    /// second call after a reset, because that copy contains no data until then.
+    /// The copy with the data of the previous frame: the one that was current before the last call of [`Self::advance`].
+    /// `None` if there is only one copy. Also `None` after fewer than two calls of [`Self::advance`] since the last reset,
+    /// because this copy then contains no data.
     pub fn previous(&self) -> Option<&T> {
         (self.copies.len() == 2 && self.advances.get() > 1).then(|| self.spare())
     }
 
-    /// The copy that is not current; if there is only one copy, the current one. At the start of a frame, the spare copy
-    /// contains the data of the previous frame. A pass that no longer needs this data may read the current copy and write
-    /// its output to the spare one; [`Self::advance`] then makes this output current.
+    /// The spare copy of the resource, which is the one that is not current; if there is only one copy, the current one. At
+    /// the start of a frame, the spare copy contains the data of the previous frame. When this data is no longer needed, a
+    /// pass can read the current copy and write its output to the spare one. [`Self::advance`] then makes this output
+    /// current.
     pub fn spare(&self) -> &T {
         &self.copies[(self.current.get() + 1) % self.copies.len()]
     }
 
-    /// Makes the spare copy the current one. It is called at the start of each frame, and after each pass that wrote its
-    /// output to the spare copy. If there is only one copy, it stays current.
+    /// Makes the spare copy of the resource the current one, and the current copy the spare one. It is called at the start
+    /// of each frame, and after each pass that wrote its output to the spare copy. If there is only one copy, it stays
+    /// current.
     pub fn advance(&self) {
         self.current
             .set((self.current.get() + 1) % self.copies.len());

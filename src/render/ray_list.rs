@@ -1,5 +1,5 @@
-//! A tracer of lists of rays on the device. The light BVH uses it to limit its boxes of influence (the boxes within which
-//! lights are found). Tests and benchmarks use it to compare methods of tracing rays.
+//! A tracer of lists of rays on the device. The light BVH (a tree of lights) uses it to limit boxes of influence; outside
+//! its box, a light is not drawn from the tree. Tests and benchmarks use it to compare methods of tracing rays.
 
 use super::counters::Counters;
 use crate::Result;
@@ -19,8 +19,8 @@ crate::bindings! {
 }
 
 /// A list of rays on the device, the pass that traces them, and the buffer of their hits. The light BVH (a tree of lights)
-/// learns from the hits how far lights reach; tests compare them with other methods. The same list can be traced repeatedly,
-/// for measurements of time.
+/// limits its boxes of influence to the surfaces that rays from lights hit. Tests compare the hits with those of other
+/// methods of tracing rays. The same list can be traced repeatedly, for measurements of time.
 pub struct RayTracer {
     scene: Arc<GpuScene>,
     pass: ComputePass,
@@ -32,8 +32,9 @@ pub struct RayTracer {
 }
 
 impl RayTracer {
-    /// Uploads `rays`, and makes the pass that traces them against `scene`. Origins and directions of rays are in scene
-    /// units. Origins are relative to the point of the world that is at zero on the device, `scene.units.origin`.
+    /// Uploads `rays`, and makes the pass that finds their hits in `scene`. Origins and directions of rays are in scene
+    /// units. Origins are relative to `scene.units.origin`, the point of the world that has the coordinates (0, 0, 0) on the
+    /// device.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or the shader's interface cannot be bound by name.

@@ -14,8 +14,8 @@ use std::collections::HashSet;
 use std::ops::Deref;
 
 /// The minimum number of lights with which `candidates=auto` selects the light BVH (a tree of lights). With fewer lights,
-/// candidates drawn by power often find the lights that matter at a pixel, so walks through the tree would cost time without
-/// benefit.
+/// candidates that are drawn by power often select lights that add much light at the pixel, so walks through the tree would
+/// cost time without benefit.
 const MANY_LIGHTS: usize = 64;
 
 /// The settings for one scene and one maximum number of bounces. With resampling, choices that the user leaves to the scene,
@@ -102,8 +102,8 @@ impl ResolvedSettings {
         self.settings.light_bvh_options(self.bounces)
     }
 
-    /// The settings of the light BVH (a tree of lights) if candidates of direct light come from light lists, of which one
-    /// per tile of pixels is drawn from the tree; otherwise `None`.
+    /// The settings of the light BVH (a tree of lights) if pixels draw candidates of direct light from light lists;
+    /// otherwise `None`. In each frame, one pixel of each tile of pixels draws the list of the tile from the light BVH.
     pub fn light_lists(&self) -> Option<&LightBvhSettings> {
         self.has_light_lists().then_some(&self.light_bvh)
     }

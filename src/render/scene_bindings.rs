@@ -11,8 +11,8 @@ use std::sync::Arc;
 /// A buffer that is computed from the scene, such as the light BVH (a tree of lights). Every pass may bind it. When the
 /// scene moves to another time, [`Self::follow`] computes the buffer again, so that it fits the scene at this time.
 pub trait SceneResource: Send + Sync {
-    /// The name of the binding in the shaders, and the buffer. It is bound as texels or as a storage buffer, as the shaders
-    /// of `variant` read it (a combination of tracer and access to memory, in which shaders are compiled).
+    /// The name of the binding in the shaders, and the buffer. Shaders that are compiled for `variant` (a combination of
+    /// tracer and access to memory) read the buffer as texels or as a storage buffer, and it is bound in this form.
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>);
 
     /// The name and the size in bytes of this buffer, for reports of memory; `None` if the buffer is empty.
@@ -27,7 +27,7 @@ pub trait SceneResource: Send + Sync {
 }
 
 /// The resources that every pass may bind besides its own buffers, and the specialisation constants that follow from scene
-/// and settings. All passes of a renderer are made with them, so that they see the same scene.
+/// and settings. All passes of a renderer use the same `SceneBindings`, so that they compute with the same scene.
 pub struct SceneBindings {
     /// The scene on the device: its buffers, which passes bind, and its units of length and radiance.
     pub scene: Arc<GpuScene>,

@@ -7,9 +7,9 @@ use crate::shader_interface::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The maximum number of pixels in a strip. Each strip is one submission, which takes about one second of path tracing with
-/// a software driver on two CPU cores. Higher: fewer submissions, but the driver of a GPU that also drives a display may
-/// abort a submission that takes too long.
+/// The maximum number of pixels in a strip, unless the picture is so wide that already `TILE` rows have more. Each strip is
+/// one submission, which takes about one second of path tracing with a software driver on two CPU cores. Higher: fewer
+/// submissions, but the driver of a GPU that also drives a display may abort a submission that takes too long.
 const MAX_PIXELS: u64 = 1 << 20;
 
 /// The maximum width or height of a picture in pixels; a larger picture is refused. Vulkan guarantees 65,535 workgroups
@@ -32,7 +32,7 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
 
 /// Cuts a picture of `width` × `height` pixels into strips (groups of whole rows), from top to bottom. The height of a strip
 /// is a multiple of `TILE` rows, except for the last one. Each strip has at most `most_bytes` bytes, with `bytes_a_pixel`
-/// bytes per pixel, and is short enough for one submission.
+/// bytes per pixel. It also has at most `MAX_PIXELS` pixels, unless already `TILE` rows have more.
 ///
 /// # Errors
 /// One row of tiles has more than `most_bytes` bytes, or more than 65,535 tiles, which not every device can dispatch.

@@ -32,9 +32,9 @@ pub struct LightTriangle {
     pub normal: DVec3,
     /// Area in world space, in squared scene units. The power of the light is in proportion to it.
     pub area: f64,
-    /// The mean over the triangle's area of the factor that multiplies the material's emission, for each colour channel in
-    /// [0, 1]. The factor is the linear colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask
-    /// it is 0. The power of the light is computed with this mean.
+    /// The mean, over the triangle's area, of the factor that multiplies the material's emission: linear RGB in [0, 1]. The
+    /// factor is the colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask it is 0. The power
+    /// of the light is computed with this mean.
     pub emission_mean: Vec3,
 }
 
@@ -54,9 +54,9 @@ pub struct EmitterTriangle {
     /// The corners' texture coordinates for the emissive texture, before [`Texture::transform`] maps them to the image. With
     /// them shaders look up the emission at a point of the light. They are 0 if the material has no emissive texture.
     pub uvs: [Vec2; 3],
-    /// The mean over the triangle's area of the factor that multiplies the material's emission, for each colour channel in
-    /// [0, 1]. The factor is the linear colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask
-    /// it is 0. The power of the light is computed with this mean.
+    /// The mean, over the triangle's area, of the factor that multiplies the material's emission: linear RGB in [0, 1]. The
+    /// factor is the colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask it is 0. The power
+    /// of the light is computed with this mean.
     pub emission_mean: Vec3,
 }
 
@@ -128,7 +128,8 @@ impl Scene {
 /// which the emissive texture is certainly black everywhere. Of all triangles, only the lights get light samples.
 pub struct Emitters<'a> {
     scene: &'a Scene,
-    /// One entry per material of the scene: true if the material emits at some time.
+    /// One entry per material of the scene: true if the material emits at some time. Triangles of other materials are never
+    /// lights.
     emitter_materials: &'a [bool],
     /// The texels that are not black, for each image that is the emissive texture of a material that emits. The key is the
     /// image's index in [`Scene::images`]. [`Emitters::emits`] looks up in them whether a triangle may emit light.
@@ -221,10 +222,10 @@ pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<Emitt
     triangles
 }
 
-/// The mean of the factor that multiplies a triangle's emission, for each colour channel in [0, 1]. It is computed from 64
-/// points of the triangle. The factor is the linear colour of the emissive texture, or 1 without a texture, and 0 in the
-/// holes of an alpha mask. If the factor is black at all points, the mean is 1/128 instead of 0, because light samples must
-/// also find lit areas between the points.
+/// The mean of the factor that multiplies a triangle's emission: linear RGB in [0, 1]. It is computed from 64 points of the
+/// triangle. The factor is the colour of the emissive texture, or 1 without a texture, and 0 in the holes of an alpha mask.
+/// If the factor is black at all points, the mean is 1/128 instead of 0, because light samples must also find lit areas
+/// between the points.
 fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32) -> Vec3 {
     const SIDE: usize = 8;
     let mask = match material.alpha_mode {
@@ -277,8 +278,8 @@ pub fn light_triangles(scene: &Scene) -> Vec<LightTriangle> {
 }
 
 /// The power that a triangle emits, divided by π: its area in squared scene units × the luminance of its mean emission,
-/// doubled if both sides emit. Light samples select lights in proportion to their powers, except for the fraction
-/// [`UNIFORM_FRACTION`] of the samples.
+/// doubled if both sides emit. A light sample selects a light with a probability in proportion to the light's power. For the
+/// fraction [`UNIFORM_FRACTION`] of the samples, all lights with a power above 0 are equally likely instead.
 pub fn power(light: &LightTriangle, material: &Material) -> f64 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
     sides * light.area * luminance(material.emission * light.emission_mean)
@@ -294,7 +295,7 @@ pub struct LightPowers {
     /// proportion to it.
     disc: f64,
     /// The integral of the environment's luminance over the sphere, as radiance × sr; `None` without an environment. The
-    /// environment's power is this integral × `disc`.
+    /// environment's power divided by π is this integral × `disc`.
     environment: Option<f64>,
 }
 
@@ -309,9 +310,10 @@ impl LightPowers {
         }
     }
 
-    /// The power of each light divided by π, in squared scene units × radiance. There is one entry for each of `triangles`
-    /// (as in [`power`]), then one for each of `punctual`, then one for the environment, if the scene has one. `materials`
-    /// are the scene's materials with their emission at the time for which the powers are computed.
+    /// The power of each light divided by π, in squared scene units × radiance, for the choice of lights by light samples.
+    /// There is one entry for each of `triangles`, computed by [`power`], then one for each of `punctual`, then one for the
+    /// environment, if the scene has one. `materials` are the scene's materials with their emission at the time for which
+    /// the powers are computed.
     pub fn of_all(
         &self,
         triangles: &[LightTriangle],

@@ -136,7 +136,7 @@ pub struct Material {
     /// Linear RGB base colour, each channel in [0, 1]: the diffuse albedo of a dielectric, the specular colour of a metal.
     pub base_color: Vec3,
     /// Texture whose sRGB colour, converted to linear, multiplies `base_color`, and whose alpha multiplies `alpha`. `None`
-    /// counts as a texture of 1.
+    /// leaves both unchanged.
     pub base_color_texture: Option<Texture>,
     /// Coverage of the surface in [0, 1], with which `alpha_mode` decides how much light the surface blocks. The alpha of
     /// the base colour texture and of the vertex colours multiplies it.
@@ -148,8 +148,8 @@ pub struct Material {
     /// Perceptual roughness in [0, 1], which the green channel of `metallic_roughness_texture` multiplies. The square of the
     /// product is the width α of the GGX lobe.
     pub roughness: f32,
-    /// Linear texture that multiplies `roughness` by its green channel and `metallic` by its blue one; `None` counts as a
-    /// texture of 1.
+    /// Linear texture that multiplies `roughness` by its green channel and `metallic` by its blue one. `None` leaves both
+    /// unchanged.
     pub metallic_roughness_texture: Option<Texture>,
     /// Normal map: its red, green and blue, mapped from [0, 1] to [−1, 1], are the shading normal along tangent, bitangent
     /// and normal. `None` leaves the shading normal unchanged.
@@ -170,7 +170,7 @@ pub struct Material {
     /// Emitted linear RGB radiance ≥ 0 in W/(m²·sr): glTF's emissive factor × emissive strength. `emissive_texture`
     /// multiplies it.
     pub emission: Vec3,
-    /// Texture whose sRGB colour, converted to linear, multiplies `emission`; `None` counts as a texture of 1.
+    /// Texture whose sRGB colour, converted to linear, multiplies `emission`; `None` leaves the emission unchanged.
     pub emissive_texture: Option<Texture>,
     /// True if both sides of the surface emit; false if only the front does. Every surface reflects on both sides.
     pub double_sided: bool,

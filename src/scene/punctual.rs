@@ -60,8 +60,8 @@ impl PunctualLight {
         self.light_to_world.translation
     }
 
-    /// The unit direction in world space in which the light shines: the −Z axis of its own space. If its transform scales
-    /// that axis to 0, it is −Z of the world.
+    /// The unit direction in world space in which the light shines: the −Z axis of the light's own space. If the light's
+    /// transform scales that axis to 0, it is −Z of the world.
     pub fn direction(&self) -> DVec3 {
         let axis = self.light_to_world.matrix3 * DVec3::NEG_Z;
         // Scaled first: squares of lengths can leave the range of f64.

@@ -1,6 +1,6 @@
 //! Brings meshes into the form that the renderer needs: removes triangles without area and unused vertices, makes normals
-//! and tangents unit vectors, fills in missing normals, and clamps vertex colours to [0, 1]. Notices tell the user of these
-//! changes, except small corrections of normals and changes of tangents and unused vertices.
+//! and tangents unit vectors, fills in missing normals, and clamps vertex colours to [0, 1]. Notices tell the user about
+//! most of these changes. There is no notice about small corrections of normals, about tangents or about unused vertices.
 
 use super::Mesh;
 use super::notices::{Tally, label};

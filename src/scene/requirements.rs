@@ -34,7 +34,8 @@ pub struct Requirements {
     /// True if some surface has holes or is partly transparent (not [`AlphaMode::Opaque`]); otherwise no ray tests alpha.
     pub alpha: bool,
     /// True if some surface that emits no light is partly transparent ([`AlphaMode::Blend`]). Shadow rays then return the
-    /// fraction of light that passes through such surfaces, and shaders trace more of these rays.
+    /// fraction of light that passes through such surfaces, instead of only 0 or 1. Shaders then also trace shadow rays in
+    /// places where scenes without such surfaces need none.
     pub blending: bool,
     /// True if some material has a normal map; otherwise shaders do not read normal maps or tangents.
     pub normal_maps: bool,
@@ -48,8 +49,9 @@ pub struct Requirements {
     /// True if some mesh has shading normals at its vertices; otherwise shaders use geometric normals only.
     pub smooth_normals: bool,
     /// True if some triangle may have an edge of more than 10,000 times the typical size of the scene's instances.
-    /// Barycentric weights in f32 are then too coarse to locate points on the triangle. If nothing moves, samples store
-    /// points as coordinates in the triangle's plane instead; otherwise they still store barycentric weights.
+    /// Barycentric weights in f32 are then too coarse to locate points on the triangle. If nothing moves, samples of
+    /// indirect light store points as coordinates in the triangle's plane instead; if something moves, they still store
+    /// barycentric weights.
     pub large_triangles: bool,
     /// True if some mesh has more than one part (a run of triangles with one material). For reports only.
     pub multi_part_meshes: bool,

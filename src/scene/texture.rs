@@ -21,7 +21,7 @@ pub struct Image {
 /// coordinate on this axis is below 0 or above 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image repeats, equal in every repetition.
+    /// The image repeats, without mirroring.
     #[default]
     Repeat,
     /// The image repeats, and every second repetition is mirrored.
@@ -92,8 +92,8 @@ impl Texture {
     }
 }
 
-/// The index, at least 0 and less than `size`, of the texel that a lookup reads for the index `i`, which may be beyond the
-/// image. `size` is the number of texels along the axis.
+/// The index, along one axis, of the texel that a lookup reads if it asks for the texel `i`, which may be beyond the image.
+/// `wrap` maps `i` into the image of `size` texels, so the result is at least 0 and less than `size`.
 fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
     let size = i64::from(size);
     let index = match wrap {
@@ -111,7 +111,7 @@ fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
 /// emissive texture are lights.
 pub struct LitTexels {
     size: [u32; 2],
-    /// The number of blocks side by side that cover the width of the image.
+    /// The number of blocks in one row of blocks. The row covers the width of the image.
     columns: usize,
     /// A summed-area table over the blocks, with one entry per corner of a block, in rows of `columns` + 1 entries. Each
     /// entry is the number of lit blocks (with a texel that is not black) above and left of its corner. Four entries thus
@@ -124,7 +124,8 @@ pub struct LitTexels {
 const BLOCK: u32 = 8;
 
 impl LitTexels {
-    /// Finds the lit parts of an image: the blocks with a texel whose red, green or blue is not 0.
+    /// Finds the lit blocks of an image: those with a texel whose red, green or blue is not 0. They show later whether a
+    /// triangle that uses the image as its emissive texture may emit light.
     pub fn of(image: &Image) -> Self {
         let columns = image.width.div_ceil(BLOCK) as usize;
         let mut lit_before = vec![0; columns + 1];
@@ -149,9 +150,9 @@ impl LitTexels {
         }
     }
 
-    /// True if a lookup with `texture` may find a colour other than black at some point of a triangle whose corners have the
-    /// texture coordinates `uvs`. False means that the texture is certainly black on the whole triangle, which is then not a
-    /// light.
+    /// True if a lookup with `texture`, which must use this image, may find a colour other than black at some point of a
+    /// triangle. `uvs` are the texture coordinates of the triangle's corners. False means that the texture is certainly
+    /// black on the whole triangle, which is then not a light.
     pub fn may_be_seen(&self, texture: &Texture, uvs: [Vec2; 3]) -> bool {
         let size = Vec2::from(self.size.map(|side| side as f32));
         let transform = &texture.transform;
@@ -283,7 +284,8 @@ mod tests {
         assert_eq!(red(nearest, 0.51, 0.25), 1.0);
     }
 
-    /// Triangles that are reported as black are black at many random points, and most black triangles are reported.
+    /// A triangle that [`LitTexels::may_be_seen`] reports as black is black at many random points. Most black triangles are
+    /// reported as black.
     #[test]
     fn what_is_black_all_over_a_triangle_is_known() {
         // A linear congruential generator (Numerical Recipes).

@@ -81,15 +81,16 @@ crate::gpu_enum! {
     pub enum Visibility {
         /// Visibility is never tested, so shadows are missing. This is biased, and useful only for comparisons.
         None,
-        /// One shadow ray tests the sample that was selected last, where it is shaded. For direct light this is unbiased and
-        /// noisy in shadows, and no BSDF samples are drawn. Paths of indirect light are traced anyway, so for them `final`
-        /// means `initial`.
+        /// One shadow ray tests the sample that remains after all merges, when it is shaded. For direct light this is
+        /// unbiased but noisy in shadows, and no BSDF samples are drawn. Paths of indirect light are traced anyway, so for
+        /// them `final` means `initial`.
         Final,
         /// A shadow ray tests the selected initial candidate, and another one tests the sample that is shaded at the end.
         /// This is biased: the picture is too dark.
         Initial,
-        /// Shadow rays test the samples in every target function that a merge evaluates: one ray per target function with
-        /// `mis=balance`, two rays for a pairwise merge. This is unbiased.
+        /// Shadow rays of each merge test whether shading points see the samples of other pixels, so that the weights of the
+        /// samples take shadows into account. With `mis=balance` there is one ray for each pair of a sample and a shading
+        /// point; otherwise a merge traces at most two rays. This is unbiased.
         #[default]
         Weights,
     }

@@ -39,10 +39,10 @@ crate::gpu_constants! {
     /// is bent towards the viewer. Otherwise a visible surface whose shading normal points away from the viewer would be
     /// black.
     pub const MIN_FACING: f32 = 0.01;
-    /// The number of cells along each of the two sides of the table of the directional albedo; per side it has one node more
-    /// than cells. The directional albedo is the fraction of light that the specular lobe reflects, for a cosine of the view
-    /// direction and a roughness. Shaders use it to add the energy that single scattering loses. More cells make the table
-    /// more precise.
+    /// The number of steps into which the table of the directional albedo divides each of its two axes: the roughness and
+    /// the cosine of the view direction. The table therefore has (`ALBEDO_CELLS` + 1)² entries. The directional albedo is
+    /// the fraction of light that the specular lobe reflects; with it, shaders add the energy that single scattering loses.
+    /// More steps make the table more precise.
     pub const ALBEDO_CELLS: u32 = 64;
     /// The number of 32-bit words of a reservoir of direct light in the compact format, which stores the weight and the
     /// confidence, the light, and the point on it. The sizes of the buffers of reservoirs follow from it.
@@ -105,8 +105,8 @@ crate::gpu_constants! {
     /// continues from its second vertex, for example directly to a light. The bits below it are the index of the instance at
     /// the second vertex.
     pub const PATH_KIND_SHIFT: u32 = 30;
-    /// The mask of the bits of an instance's index in the word of a reservoir of indirect light that also stores the path's
-    /// kind. It is the instance at the path's second vertex.
+    /// The mask of the low bits of a word of a reservoir of indirect light; they are the index of the instance that contains
+    /// the path's second vertex. The same word stores the kind of the path in the bits above, from `PATH_KIND_SHIFT` on.
     pub const INSTANCE_MASK: u32 = 0x3FFF_FFFF;
     /// Number of the random stream of initial candidates. A random stream is a sequence of random numbers for one purpose.
     /// Streams are independent, so a pass that draws more numbers does not change the numbers of another pass.
@@ -138,9 +138,10 @@ crate::gpu_constants! {
     /// streams of initial candidates, temporal reuse and spatial reuse, so that their random numbers differ from those of
     /// direct light.
     pub const STREAM_INDIRECT: u32 = 64;
-    /// Number of the random stream that orders the lists of world reservoirs, which are light samples of path vertices in
-    /// cells of space. The streams after it are for merges: a path vertex after n scattering events (n ≥ 1) merges with the
-    /// random stream `STREAM_WORLD` + 2n. For a path that begins with a mirror reflection it is `STREAM_WORLD` + 2n + 1.
+    /// Number of the random stream that selects a random place for each path vertex in the list of its cell of space, from
+    /// which vertices of the next frame pick world reservoirs. Merges have the streams with larger numbers: a path vertex
+    /// after n scattering events (n ≥ 1) merges with the random stream `STREAM_WORLD` + 2n. If the path begins with a mirror
+    /// reflection, it is `STREAM_WORLD` + 2n + 1.
     pub const STREAM_WORLD: u32 = 128;
     /// The width and the height, in pixels, of a block of the picture. In each frame, the surface at one random pixel of
     /// each block fills a slot of the hash grid with a reservoir of direct light, unless another surface takes this slot. A
@@ -149,9 +150,10 @@ crate::gpu_constants! {
     /// The maximum number of reservoirs of the hash grid that a pixel merges. The shader stores their indices in an array of
     /// this length, so the setting `hash_grid.merged` must not be larger.
     pub const MAX_GRID_MERGED: u32 = 16;
-    /// The number of low bits, in an entry of a list of world reservoirs, that store the index of a path vertex plus 1. The
-    /// higher bits are random: if two vertices write to the same position of the list, the larger entry stays. If a frame
-    /// would have 2²⁷ path vertices or more, the program refuses the settings with an error.
+    /// The number of low bits of a list entry that store the index of a path vertex plus 1. Each cell of space has such a
+    /// list, by which vertices of the next frame find its world reservoirs. The higher bits of an entry are random: if two
+    /// vertices are written to the same place of a list, the larger entry stays, so that chance decides between them. A
+    /// frame with 2²⁷ path vertices or more would need more bits, so its settings are an error.
     pub const WORLD_VERTEX_BITS: u32 = 27;
     /// The maximum number of world reservoirs (light samples that path vertices of the previous frame stored) that a path
     /// vertex merges. The shader stores their indices in an array of this length, so the setting `world_reservoirs.merged`
@@ -197,12 +199,12 @@ crate::gpu_constants! {
     /// no slot for their cell, or because another vertex takes their random position in the list of the cell. Profiles show
     /// it, because dropped reservoirs mean more noise, but no bias.
     pub const COUNTER_DROPPED: u32 = 8;
-    /// Index of the counter of 32-bit words that the pass read from buffers with an entry per pixel (primary surfaces,
-    /// colour and its sums), reservoirs, pilots, light lists and world reservoirs. Reads of the scene and of tables are not
-    /// counted.
+    /// Index of the counter of the 32-bit words that the pass reads from large buffers; profiles show it in bytes. Counted
+    /// are the buffers with one entry per pixel (primary surfaces, colour, sums of radiance, pilots and reservoirs), light
+    /// lists, reservoirs of the hash grid and world reservoirs. Reads of the scene and of tables are not counted.
     pub const COUNTER_READ: u32 = 9;
-    /// Index of the counter of 32-bit words that the pass wrote to buffers with an entry per pixel (primary surfaces, colour
-    /// and its sums), reservoirs, pilots, light lists and world reservoirs.
+    /// Index of the counter of the 32-bit words that the pass writes to the buffers that [`COUNTER_READ`] names. Profiles
+    /// show it in bytes.
     pub const COUNTER_WRITTEN: u32 = 10;
     /// Index of the counter of rays that hit a surface, among all rays that the pass traced. Profiles show it as a fraction
     /// of these rays.

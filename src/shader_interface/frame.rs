@@ -10,10 +10,11 @@ crate::gpu_struct! {
     pub struct GpuCamera {
         /// Position of the camera relative to the scene's origin, in the device's unit of length.
         pub position: Vec3,
-        /// Vector to the right in world space. Its length is half the width of the image plane at distance 1 from the
-        /// camera.
+        /// The direction in world space that points to the right in the picture. Its length is half the width of the image
+        /// plane at distance 1 from the camera.
         pub right: Vec3,
-        /// Vector upwards in world space. Its length is half the height of the image plane at distance 1 from the camera.
+        /// The direction in world space that points upwards in the picture. Its length is half the height of the image plane
+        /// at distance 1 from the camera.
         pub up: Vec3,
         /// Unit viewing direction in world space, from the camera to the centre of the picture.
         pub forward: Vec3,
@@ -80,16 +81,18 @@ crate::gpu_struct! {
         pub uniform_candidates: u32,
         /// Number of light samples: per pixel and frame for direct light, per path vertex for indirect light.
         pub light_samples: u32,
-        /// Probability for rare lights, which are far dimmer than the others; unused without the specialisation constant
-        /// `RARE_LIGHTS`. For direct light, each pixel draws a separate candidate among rare lights, and this is the minimum
-        /// probability that a shadow ray tests it. For indirect light, it is the probability that a path vertex draws a rare
-        /// light instead of its usual light samples.
+        /// A probability with which rare lights are tested; rare lights are far dimmer than the others. For direct light,
+        /// each pixel draws a separate candidate among rare lights, and a shadow ray tests it with at least this
+        /// probability. For indirect light, a path vertex draws one rare light with this probability, and otherwise draws
+        /// its usual light samples. Unused if the specialisation constant `RARE_LIGHTS` is false.
         pub rare_lights: f32,
-        /// Number of light samples that are drawn from the light BVH. They are the first ones; the light samples after them
-        /// are drawn among all lights. At points where the light BVH finds no light, all are drawn among all lights.
+        /// Number of light samples that may be drawn from the light BVH; 0 without a light BVH. They are the samples with
+        /// the lowest indices; the other samples are drawn among all lights. At a point where no light can be drawn from the
+        /// light BVH, all samples are drawn among all lights.
         pub near_samples: u32,
-        /// Fraction, in [0, 1], of the light samples that are drawn from the light BVH: `near_samples` / `light_samples`.
-        /// With a single light sample, it is the probability that this sample is drawn from the light BVH.
+        /// Mean probability, in [0, 1], that a light sample is drawn from the light BVH; shaders compute the densities of
+        /// light samples with it. With two or more light samples it is `near_samples` / `light_samples`. With a single one,
+        /// `near_samples` is 1, and shaders draw this sample from the light BVH with this probability.
         pub near_fraction: f32,
         /// Maximum confidence with which the previous frame's reservoir enters a merge; 1 is the confidence of an initial
         /// reservoir. A larger value means less noise, but errors of older frames stay longer.
@@ -101,9 +104,10 @@ crate::gpu_struct! {
         /// reservoir already contains the reservoir of the previous frame. For pixels without a history, the specialisation
         /// constant `NEIGHBOURS` is the maximum.
         pub neighbours: u32,
-        /// Maximum confidence of the reservoir of a pixel without a history after it has merged neighbours; 1 is the
-        /// confidence of an initial reservoir. Such pixels merge many of the same samples, so their noise is alike. The
-        /// limit prevents this noise from staying for many frames.
+        /// If a pixel has no history (see `neighbours`), its reservoir has at most this confidence after a spatial merge; 1
+        /// is the confidence of an initial reservoir. Such pixels, if they are close together, merge many of the same
+        /// samples, so they have similar noise. With less confidence, later frames replace this noise sooner. `f32::MAX`: no
+        /// limit.
         pub confidence_without_history: f32,
         /// Maximum number of random pixels that the search for neighbours tries for each wanted neighbour. If it is above 1,
         /// the search tries another pixel after one whose surface is too different.
@@ -136,8 +140,10 @@ crate::gpu_struct! {
         /// Number of slots for reservoirs in the whole grid. It is a power of two, because the shaders mask hashes to find a
         /// slot.
         pub slots: u32,
-        /// Number of surfaces that try to fill a slot of the hash grid with a reservoir: one per block of pixels, or one per
-        /// point of the list of points. If several surfaces try to fill the same slot, one of them succeeds.
+        /// Number of surfaces that try to fill a slot of the hash grid with a reservoir. With
+        /// [`HashGrid::Pixels`](crate::HashGrid::Pixels) there is one surface per block of 4 × 4 pixels; with
+        /// [`HashGrid::Points`](crate::HashGrid::Points) there are two per sampled point of a surface, one for each side. If
+        /// several surfaces try to fill the same slot, one of them fills it.
         pub sources: u32,
         /// Maximum number of reservoirs of the hash grid in each bin of a cell; a bin is a range of normals. Pixels select
         /// at random among them.
@@ -193,9 +199,10 @@ crate::gpu_struct! {
         /// Maximum confidence with which each reservoir of the previous frame enters a merge; 1 is the confidence of all
         /// light samples of a vertex together.
         pub confidence_cap: f32,
-        /// 1: a vertex stores, for the next frame, the sample that its merge selected; 0: it stores the sample that was
-        /// selected among its own light samples. Even with 1, a vertex stores the sample selected among its own if a channel
-        /// of its diffuse albedo is at most 0.01, or if its shading normal differs from its geometric normal.
+        /// 1: a path vertex with a matte surface stores for the next frame the sample that its merge selected; 0: each
+        /// vertex stores the sample that it selected among its own light samples. A surface counts as matte if each channel
+        /// of its diffuse albedo is above 0.01 and its shading normal is equal to its geometric normal. With 1, all other
+        /// vertices store the same as with 0.
         pub keeps_merged: u32,
         /// Number of vertices per path that store and merge world reservoirs. They begin with the path's second vertex; its
         /// first vertex is the surface that the camera sees. Later vertices use only their own light samples.
@@ -250,13 +257,14 @@ crate::gpu_struct! {
         pub slots: u32,
         /// Index of the frame, counted from 0; it selects the random numbers of the frame.
         pub frame: u32,
-        /// Limit for sharing a path between two surface points. A unit of area at the path's second vertex has a different
-        /// solid angle as seen from each of the points; if the ratio of the larger to the smaller is above the limit, the
-        /// path is not shared, because it could become an outlier. Below 1: no limit.
+        /// Maximum ratio of two solid angles up to which two surface points share a path. They are the solid angles of one
+        /// unit of area at the path's second vertex, as seen from each of the two points; the larger one is divided by the
+        /// smaller one. A path with a larger ratio is not shared, because it could get a very large weight and become an
+        /// outlier. Below 1: no limit.
         pub jacobian_limit: f32,
-        /// Minimum distance between a surface point and the second vertex of a path that it reuses, as a fraction of the
-        /// point's distance from the camera. Paths with a closer second vertex are not shared, because they cause outliers
-        /// in corners. 0: no limit.
+        /// Minimum distance between the second vertex of a path and each of the two surface points that share the path, as a
+        /// fraction of this point's distance from the camera. Paths with a closer second vertex are not shared, because they
+        /// cause outliers in corners. 0: no limit.
         pub min_distance: f32,
         /// Number of BSDF rays that each pixel traces per frame as candidates of direct light.
         pub bsdf_samples: u32,
@@ -270,15 +278,15 @@ crate::gpu_struct! {
         /// Number of nodes of the light BVH, a tree from which light samples are drawn; a walk through the tree ends after
         /// them. The entries of the light BVH (`GpuLightEntry`) come after the nodes in the same buffer.
         pub light_node_count: u32,
-        /// 1: the light BVH joins lights that are far from a point into groups, so that it finds every one of its lights at
-        /// every point. 0: it finds a light only at points inside the box of influence of the light's leaf, outside of which
-        /// the light contributes little.
+        /// 1: each light of the light BVH can be drawn at every point, and lights that are far from the point are drawn in
+        /// groups. 0: a light can be drawn only at points inside the box of influence of the leaf that contains the light;
+        /// outside of this box the light contributes little.
         pub light_bvh_joins: u32,
-        /// 1: of the lights that the light BVH finds at a point, each is drawn with the same probability; 0: in proportion
-        /// to what it is expected to contribute there.
+        /// 1: all lights that can be drawn from the light BVH at a point have the same probability. 0: the probability of a
+        /// light is larger if it is expected to contribute more at the point.
         pub light_bvh_uniform: u32,
-        /// Side, in pixels, of the square tiles into which the picture is divided. One pixel of each tile draws a light
-        /// list, which pixels near the tile use.
+        /// Side, in pixels, of the square tiles into which the picture is divided. One pixel of each tile draws a light list
+        /// for the tile; pixels in or near the tile draw their light samples from this list.
         pub light_tile: u32,
         /// Number of entries of each light list. An entry is a light and the probability with which it was drawn.
         pub light_list: u32,

@@ -12,7 +12,8 @@ crate::gpu_struct! {
         /// units in the buffer), for the environment a solid angle in steradians, and for punctual lights a number without
         /// unit.
         pub weight: f32,
-        /// Confidence: the number of initial reservoirs that the reservoir counts for in a merge.
+        /// Confidence of the reservoir, which is its weight in a merge: a reservoir with confidence n counts as much as n
+        /// initial reservoirs.
         pub confidence: f32,
         /// Number of frames since the reservoir's sample was drawn; 0 = it was drawn in this frame.
         pub age: u32,
@@ -48,7 +49,8 @@ crate::gpu_struct! {
         pub instance: u32,
         /// Base colour (3 × 12 bits, as square roots), metalness (12 bits) and roughness (15 bits) at this point, with
         /// textures and vertex colours applied. The highest bit is set if a texture or vertex colours change the base
-        /// colour. All bits are 0 in scenes without textures and vertex colours, where the material has these values.
+        /// colour. In scenes without textures and vertex colours all bits are 0, and shaders read the three values from the
+        /// material in the buffer `materials`.
         pub packed_material: UVec2,
     }
 }
@@ -132,8 +134,8 @@ crate::gpu_struct! {
         /// triangles, per solid angle for the environment, and a probability for punctual lights. 0 = the reservoir is
         /// empty.
         pub weight: f32,
-        /// Confidence of the reservoir in bits 0 to 13. Bits 24 to 31 store the upper 8 of the 40 bits of the point on the
-        /// light, for which `uv` is too small.
+        /// Bits 0 to 13: the confidence of the reservoir. Bits 24 to 31: the upper 8 of the 40 bits that state the point on
+        /// the light; `uv` contains the other 32.
         pub history: u32,
         /// The light to which the sample belongs. The bits from `LIGHT_KIND_SHIFT` on are its kind (`LIGHT_…`). The bits
         /// below them are its index among the lights of this kind or, for the environment, the index of the texel.

@@ -1,5 +1,5 @@
-//! Rays that the pass `trace_rays` traces from a list, and what they hit. Tests and benchmarks of tracers use it, and so
-//! does the light BVH, which measures how far the light of emitters reaches.
+//! The rays of a list that the pass `trace_rays` traces, and what these rays hit. Tests and benchmarks of tracers use this
+//! pass. The light BVH uses it to measure how far the light of emitters reaches.
 
 use glam::Vec3;
 
@@ -27,8 +27,8 @@ crate::gpu_struct! {
         /// Ray parameter t of the hit, measured in lengths of the ray's direction; −1 = no hit. If `RayQuery::any` is 1,
         /// only its sign has a meaning: hit or no hit.
         pub t: f32,
-        /// Index of the hit instance in the buffer `instances`, in which instances whose meshes were merged are one
-        /// instance; NONE = no hit.
+        /// Index, in the buffer `instances`, of the instance that the ray hit; NONE = no hit. If several instances of the
+        /// scene were merged into one, this buffer has one entry for all of them.
         pub instance: u32,
         /// Index of the hit triangle among the triangles of the instance's mesh, in the order in which the device stores
         /// them. Without meaning for a miss.

@@ -21,8 +21,9 @@ crate::gpu_struct! {
         /// Index of the normals of the mesh's first triangle in the buffer `corner_directions`, counted in triangles. NONE
         /// for a mesh without corner normals, which is shaded flat.
         pub first_normal: u32,
-        /// Index of the mesh's first triangle in the buffer `triangle_parts`, counted in triangles. NONE for a mesh with one
-        /// material that emits no light and was not merged from several meshes, because `material` is then sufficient.
+        /// Index of the mesh's first triangle in the buffer `triangle_parts`, counted in triangles. There shaders find
+        /// material, light and instance of each triangle. NONE if the mesh has only one material, none of its triangles
+        /// emits light, and it was not merged from several meshes; `material` is then sufficient.
         pub first_part: u32,
         /// Index, in the buffer `nodes`, of the root of the tree over the mesh's triangles. The compute tracer traverses
         /// this tree; 0 if the driver builds the trees (ray query).
@@ -163,15 +164,15 @@ crate::gpu_struct! {
         pub position: Vec3,
         /// Kind of the light: LIGHT_POINT, LIGHT_SPOT or LIGHT_DIRECTIONAL.
         pub kind: u32,
-        /// Unit direction in world space in which light travels: along the axis of a spot light, or everywhere for a
-        /// directional light. Without meaning for a point light.
+        /// Unit direction in world space in which light travels. For a spot light it is the direction of the axis; for a
+        /// directional light, light travels in this direction at every point. Without meaning for a point light.
         pub direction: Vec3,
         /// Distance, in the device's unit of length, at which the light of a point or spot light has faded to 0. If it is 0,
         /// the light has no such limit.
         pub range: f32,
-        /// For point and spot lights, the radiant intensity, RGB: the irradiance times the squared distance, in device
-        /// units. For a directional light, the irradiance of a surface that faces the light, in the device's unit of
-        /// radiance.
+        /// Strength of the light, RGB. For a point or spot light it is the radiant intensity: the irradiance at a distance
+        /// times the square of this distance, in the device's unit of radiance times the square of its unit of length. For a
+        /// directional light it is the irradiance of a surface that faces the light, in the device's unit of radiance.
         pub intensity: Vec3,
         /// Constant in the formula for the border of a spot light. The light emits the fraction (`angle_offset` −
         /// `angle_scale` · d²)² of its intensity, with the value in parentheses clamped to [0, 1]. d is the distance between
@@ -189,8 +190,8 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// One column of an alias table, with which shaders draw a light in constant time. Random bits select a column
     /// uniformly; 32 more random bits then select one of the two lights of the column. The first light has the index of the
-    /// column. If the scene has rare lights, there are three tables: of all lights, of the lights that are not rare, and of
-    /// the rare lights.
+    /// column. If the scene has rare lights (lights far dimmer than the others), there are three tables: of all lights, of
+    /// the lights that are not rare, and of the rare lights.
     pub struct GpuLightChoice {
         /// The total probability, in [0, 1], that a draw from the alias table selects the light whose index is the index of
         /// this column. It includes draws of other columns, in which the light is the second one. MIS and contribution
@@ -236,13 +237,15 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A node of the light BVH, a tree over lights from which shaders draw lights that matter at a point. Nodes are stored
-    /// in depth-first order, so a walk through the tree needs no stack: if the box of a node contains the point, the walk
-    /// continues at the next node, otherwise after the node's last descendant.
+    /// A node of the light BVH: a tree over the lights of a scene, from which shaders draw lights with a probability that
+    /// depends on the point that receives the light. Nodes are stored in depth-first order, so a walk through the tree needs
+    /// no stack: if the box of a node contains the point, the walk continues at the next node, otherwise after the node's
+    /// last descendant.
     pub struct GpuLightNode {
-        /// Smallest coordinates, in world space, of the node's enlarged box. A walk through the light BVH tests whether the
-        /// point that receives light is in this box. It is the box around the node's lights, enlarged by the distance at
-        /// which the lights contribute little (boxes of influence) or at which they can be drawn as one group.
+        /// Smallest coordinates, in world space, of a box that is larger than the box around the node's lights. A walk
+        /// through the light BVH tests whether the point that receives light is inside. If
+        /// `RestirConstants::light_bvh_joins` is 1, the node's lights are drawn as one group at points outside. If it is 0,
+        /// these lights contribute little at points outside, and are not drawn there.
         pub low: Vec3,
         /// Index of the node after this node's last descendant. A walk through the light BVH continues there if it skips the
         /// descendants. For a leaf it is the index of the next node.
@@ -255,9 +258,10 @@ crate::gpu_struct! {
         /// Centre of the box around the node's lights, in world space. Shaders use it as the position of all these lights to
         /// estimate what the node contributes at a point. The box is not the enlarged one of `low` and `high`.
         pub center: Vec3,
-        /// Total power of the node's lights, as area × luminance in device units. What the node is expected to contribute at
-        /// a point, and thus the probability to draw it, is proportional to it. If the lights are drawn uniformly instead of
-        /// by power, it is the number of the lights.
+        /// Power of all lights in the node: the sum of area × luminance, in the squared unit of length times the unit of
+        /// radiance of the device. The expected contribution of the node at a point is proportional to it, and with it the
+        /// probability to draw the node. If `RestirConstants::light_bvh_uniform` is 1, it is instead the number of the
+        /// lights.
         pub weight: f32,
         /// Mean of the unit normals of the node's lights, weighted by their power, from which shaders estimate how much
         /// light leaves towards a point. Its length is below 1 if the lights face different directions.
@@ -283,20 +287,21 @@ crate::gpu_struct! {
     /// `before`) contains the lights of the BVH in the order of the BVH's leaves. The second array (`leaf`, `index`)
     /// contains, for each light of the scene, where in the BVH it is.
     pub struct GpuLightEntry {
-        /// The first array has one element per light of the light BVH, in the order of the leaves. This field is the light's
-        /// index among the scene's lights of all kinds, which a draw from the light BVH returns.
+        /// Index of a light of the light BVH among the scene's lights of all kinds; a draw from the light BVH returns it. It
+        /// belongs to the first array, which has one element per light of the light BVH, in the order of the leaves.
         pub light: u32,
-        /// The first array has one element per light of the light BVH, and one after the last light. A random integer draws
-        /// a light from a node; the integers that select this light begin with `before` and end before that of the next
-        /// element. A light with more integers is drawn more often.
+        /// The first of the integers that select the light `light` when a random integer selects one of a node's lights. The
+        /// integers of this light end before the `before` of the next element; a light with more integers is drawn more
+        /// often. It belongs to the first array, which has one more element after the last light.
         pub before: u32,
-        /// The second array has one element per light of the scene. This field is the index of the leaf node of the light
-        /// BVH that contains the light; shaders compute from it the probability that a draw selects this light. NONE if the
-        /// BVH does not contain the light, such as the environment; this probability is then 0.
+        /// Index of the leaf node of the light BVH that contains a light; shaders compute from it the probability that a
+        /// draw from the light BVH selects this light. NONE if the BVH does not contain the light, as it never contains the
+        /// environment; the probability is then 0. It belongs to the second array, which has one element per light of the
+        /// scene, in the order of the lights.
         pub leaf: u32,
-        /// The second array has one element per light of the scene. This field is the index of the same light in the first
-        /// array, where shaders look up the integers that select it. Without meaning if the light BVH does not contain the
-        /// light.
+        /// Index, in the first array, of the light to which `leaf` belongs; shaders find there the integers that select the
+        /// light (`before`). It belongs to the second array, like `leaf`. Without meaning if the light BVH does not contain
+        /// the light.
         pub index: u32,
     }
 }
@@ -318,9 +323,9 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A surface point whose reservoir of direct light nearby surfaces reuse. The reservoir belongs to the hash grid or is a
-    /// world reservoir (a reservoir of a path vertex). Unbiased MIS weights of a merge need the point, to know how probable
-    /// a sample was there.
+    /// The surface point for which a reservoir of direct light was made. Surfaces near the point reuse this reservoir, which
+    /// is a reservoir of the hash grid or a world reservoir (a reservoir of a path vertex). To compute unbiased MIS weights,
+    /// a merge evaluates at this point how probable a sample was.
     pub struct GpuGridPoint {
         /// Position in world space of the surface point that stores the reservoir, relative to the scene's origin, in the
         /// device's unit of length.

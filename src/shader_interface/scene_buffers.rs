@@ -10,8 +10,9 @@ use crate::{
 };
 use glam::{UVec2, Vec2};
 
-/// The declaration of one buffer of the scene: its name, and the way in which shaders read it. The GLSL code that reads the
-/// buffer is generated from it, and the program decides by it whether the buffer is bound as texels.
+/// The declaration of one buffer of the scene for shaders: its name, and the way in which they read it. The GLSL code that
+/// reads the buffer is generated from it. The program also decides by it whether the buffer is bound as texels in variants
+/// with [`Fetch::Texels`](crate::Fetch).
 pub struct Access {
     /// The name of the buffer in GLSL. The buffer's binding (descriptor) and the field of its address in [`SceneTable`] have
     /// the same name.
@@ -62,8 +63,8 @@ macro_rules! scene_buffers {
             /// Tells shaders what a triangle that was hit belongs to. There is one entry per triangle, but only for meshes
             /// that have several parts (runs of triangles with one material), emit light, or are merged from several meshes.
             /// An entry has the index of the triangle's material, the triangle's rank among the emissive triangles of the
-            /// mesh (NONE if it emits no light), and an offset. The sum of the offset and `GpuInstance::id` is the index
-            /// that the triangle's instance had before meshes were merged.
+            /// mesh (NONE if it emits no light), and an offset. `GpuInstance::id` plus the offset is the index of the
+            /// triangle's instance before meshes were merged, which selects an entry of `previous_transforms`.
             triangle_parts: [UVec3] as Plain("uvec3"); |c| c.part_triangles;
             /// For each leaf of the tree over the instances, which the compute tracer traverses, the index in the buffer
             /// `instances` of the instance that a ray enters at this leaf. The leaves of the current frame's tree come
@@ -93,20 +94,23 @@ macro_rules! scene_buffers {
             /// they are left out if shaders read Vulkan images instead. Table and texels share one buffer, because some
             /// drivers bind at most 30 buffers.
             texels: [u32] as Plain("uint"); |c| c.texels + if c.textures > 0 { 256 } else { 0 };
-            /// Emissive triangles, on which light samples draw points. They are in world space, relative to the scene's
-            /// origin and in device units. All triangles as they are in the current frame come first. If something moves,
-            /// all triangles as they were in the previous frame follow.
+            /// Emissive triangles, on which light samples draw points; in world space, relative to the scene's origin, which
+            /// is usually the camera's position. Lengths and radiances are in the device's units, which are the scene's
+            /// units times powers of two. All triangles as they are in the current frame come first. If something moves, all
+            /// triangles as they were in the previous frame follow.
             lights: [GpuLight] as Records(GpuLight); |c| c.epochs * c.triangle_lights;
             /// For each emissive triangle, the texture that multiplies its emission: an index in the buffer `textures` (NONE
             /// without such a texture) and texture coordinates. The order is that of the current frame's triangles in the
             /// buffer `lights`. This buffer is empty if no emissive triangle has a texture.
             light_textures: [GpuLightTexture] as Records(GpuLightTexture); |c| if c.textured_lights { c.triangle_lights } else { 0 };
-            /// Punctual lights (point, spot and directional lights), which light samples draw. All of them as they are in
-            /// the current frame come first. If something moves, all of them as they were in the previous frame follow.
+            /// Punctual lights (point, spot and directional lights), which light samples draw; in world space and in the
+            /// device's units, as in the buffer `lights`. All of them as they are in the current frame come first. If
+            /// something moves, all of them as they were in the previous frame follow.
             punctual_lights: [GpuPunctualLight] as Records(GpuPunctualLight); |c| c.epochs * c.punctual_lights;
             /// Texels of the environment, the light that surrounds the scene, row by row from the zenith; empty without an
-            /// environment. A texel has its RGB radiance in device units, and the density with which light samples draw a
-            /// point of the texel, per square radian of longitude × latitude.
+            /// environment. A texel has its RGB radiance in the device's unit of radiance (the scene's unit times a power of
+            /// two), and the density with which light samples draw a point of the texel, per square radian of longitude ×
+            /// latitude.
             environment: [Vec4] as Words; |c| c.environment_texels;
             /// The alias table by which light samples draw a texel of the environment, with one entry per texel. A random
             /// number selects an entry. If 32 more random bits are below the entry's first number, the texel with the index
@@ -138,15 +142,17 @@ macro_rules! declare_access {
                 /// Number of lights of all kinds in one frame: emissive triangles, punctual lights, and 1 for an
                 /// environment. It is the number of entries of each alias table in `light_choices`.
                 pub light_count: u32,
-                /// Number of emissive triangles in one frame; if something moves, the buffer `lights` has twice as many. A
-                /// light whose index in `light_choices` is smaller is an emissive triangle.
+                /// Number of emissive triangles in one frame; if something moves, the buffer `lights` has twice as many. In
+                /// `light_choices`, emissive triangles have the indices below this number.
                 pub triangle_light_count: u32,
                 /// Number of punctual lights in one frame; if something moves, the buffer `punctual_lights` has twice as
                 /// many. In `light_choices`, they come after the emissive triangles.
                 pub punctual_light_count: u32,
                 /// Width and height of the environment in texels; zeros without an environment.
                 pub environment_size: UVec2,
-                /// Cosine and sine of the angle by which the environment is rotated around the upward axis (+Y).
+                /// Cosine and sine of the angle by which the environment is rotated around the upward axis (+Y),
+                /// counter-clockwise if seen from above. Shaders convert between directions in the world and texels of the
+                /// environment with them.
                 pub environment_turn: Vec2,
                 /// Number of instances in one frame, after static meshes are merged; if something moves, the buffer
                 /// `instances` has twice as many. Shaders add it to the index of an instance to read its transform in the

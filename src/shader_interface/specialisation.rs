@@ -1,5 +1,5 @@
-//! Specialisation constants: values that the scene and the settings decide, and that the program sets in a shader when it is
-//! loaded. With them, the program removes code that is not needed from the shader before the driver compiles it.
+//! Specialisation constants: constants of a shader whose values depend on the scene and the settings. The program sets the
+//! values when it loads the shader, and removes the code that they make unnecessary before the driver compiles the shader.
 
 use crate::{Format, HashGrid, Mis, PILOT_WORDS, PixelOrder, Visibility, WorldReservoirs};
 
@@ -27,7 +27,8 @@ crate::gpu_specialisation! {
         /// can pass through such a surface, so shaders then test the alpha of each hit.
         pub has_alpha: bool = true,
         /// True if some surface that emits no light has alpha mode blend, so that it lets a fraction of light pass.
-        /// Visibility rays then return this fraction instead of only 0 or 1, and shaders trace more of them.
+        /// Visibility rays then return this fraction instead of only 0 or 1. If the visibility of a sample is otherwise
+        /// tested only for its weight, shaders trace one more ray when they add its light to the picture.
         pub has_blend: bool = false,
         /// True if some material has a normal map; if false, shaders do not read normal maps and tangents.
         pub has_normal_maps: bool = true,
@@ -43,9 +44,10 @@ crate::gpu_specialisation! {
         /// True if some mesh has vertex colours, which multiply the base colour of its material; if false, shaders do not
         /// read them.
         pub has_vertex_colors: bool = true,
-        /// True if some triangle is so large that barycentric weights cannot distinguish its points, and nothing moves.
-        /// Samples of indirect light then store a point of a triangle as coordinates in the triangle's plane, which are more
-        /// precise. This changes the bits of the picture.
+        /// True if nothing moves and some triangle is so large, compared with the typical size of instances, that
+        /// barycentric weights in 32-bit floats are too coarse to locate a point on it. Samples of indirect light then store
+        /// a point of any triangle as coordinates in the triangle's plane, which are more precise. This changes the bits of
+        /// the picture.
         pub has_large_triangles: bool = false,
         /// True if some emissive triangle emits to both sides; if false, shaders assume that all emit to their front only.
         pub has_double_sided_lights: bool = true,
@@ -86,44 +88,51 @@ crate::gpu_specialisation! {
         /// next pixel in the buffer. Where reservoirs of indirect light hold the pilots, it is the size of such a reservoir.
         /// Shaders do not use it if `reservoir_soa` is true.
         pub pilot_stride: u32 = PILOT_WORDS,
-        /// The kind of MIS weights of a merge. They divide the weight of a sample among the reservoirs that could have drawn
-        /// it. The kind affects the cost, the noise and the bias of the merge.
+        /// The kind of MIS weights with which a pixel merges its reservoir with those of its neighbours and of the previous
+        /// frame. They divide the contribution of a sample among the reservoirs that could have drawn it. The kind affects
+        /// the cost, the noise and the bias of the merge.
         pub mis: Mis = Mis::Defensive,
         /// The step of resampling at which shadow rays test whether a sample is visible from the shading point. It affects
         /// the bias, the noise and the number of rays.
         pub visibility: Visibility = Visibility::Weights,
-        /// Maximum number of neighbouring pixels whose reservoirs one spatial merge reads. The shader has arrays with one
-        /// element for each of these reservoirs.
+        /// Maximum number of neighbours that a pixel has in one spatial merge, which merges their reservoirs with the
+        /// pixel's own. The size of arrays in the shader follows from it: one element for each neighbour and one for the
+        /// pixel itself.
         pub neighbours: u32 = 3,
-        /// True if rare lights, which are far dimmer than the others, are sampled separately, with additional candidates and
-        /// shadow rays, and without resampling, in which brighter but hidden lights would win against them. The other lights
-        /// are then drawn from an alias table without rare lights.
+        /// True if rare lights, which are far dimmer than the others, are sampled separately. For direct light, each pixel
+        /// draws one additional candidate among them, for which a shadow ray can be traced, and which is not resampled: in
+        /// resampling, brighter but hidden lights would win against it. For indirect light, a fraction of the path vertices
+        /// sample rare lights only. All other light samples leave rare lights out.
         pub rare_lights: bool = false,
-        /// True if some of the light samples at a shading point are drawn from the light BVH, a tree that finds the lights
-        /// that matter at that point. The others are drawn from an alias table for the whole scene.
+        /// True if some of the light samples at a shading point are drawn from the light BVH. This is a tree over lights,
+        /// from which a light is drawn more often the more light it is expected to contribute at that point. The other
+        /// samples are drawn from an alias table for the whole scene.
         pub light_bvh: bool = false,
-        /// True if direct light takes samples from light lists instead of from the light BVH, a tree over lights. One pixel
-        /// of each tile (a square of pixels) draws a list of lights from the tree. Each pixel then takes samples from the
-        /// list of its own tile or of a tile beside it, selected at random.
+        /// True if pixels take those samples of direct light that would be drawn from the light BVH (a tree over lights)
+        /// from light lists instead. One pixel of each tile, a square of pixels, draws the tile's list from the tree. Each
+        /// pixel then takes samples from the list of its own tile or of a tile beside it, selected at random.
         pub light_lists: bool = false,
-        /// The surfaces that fill the hash grid, which stores reservoirs of direct light in cells of space, so that all
-        /// surfaces in a cell can reuse them. `None` if the pass merges no reservoirs of a hash grid.
+        /// The source of the surface points that fill the hash grid: pixels of the frame or a list of points. The hash grid
+        /// stores reservoirs of direct light in cells of space, and pixels in a cell merge these with their own light
+        /// samples. `None` if the pass uses no hash grid.
         pub hash_grid: HashGrid = HashGrid::None,
         /// The way in which vertices of indirect paths reuse light samples that vertices of the previous frame drew in the
         /// same cell of space. `None` if they do not reuse them.
         pub world_reservoirs: WorldReservoirs = WorldReservoirs::None,
-        /// True if the pass stores candidates of indirect light in reservoirs, so that pixels can reuse them; false if it
-        /// adds their light to the picture at once, as a path tracer does.
+        /// True if the pass that traces paths of indirect light keeps one path per pixel in a reservoir, so that pixels can
+        /// reuse it; false if it adds the light of its paths to the picture at once, as a path tracer does.
         pub uses_reservoirs: bool = true,
-        /// True if pixels that reuse a path assume that the radiance from its second vertex is equal in all directions. This
-        /// is cheaper than evaluating the BSDF there again, but biased on glossy surfaces.
+        /// True if the radiance that leaves a path's second vertex (the first one after the surface that the pixel shows) is
+        /// assumed to be equal in all directions when other pixels reuse the path. This is cheaper than evaluating the BSDF
+        /// at this vertex again, but biased on glossy surfaces.
         pub biased_shift: bool = false,
     }
 }
 
 impl Specialisation {
     /// All constants as pairs of `constant_id` and value, in the order of the fields. The program sets them in the SPIR-V of
-    /// a pass. The value is one 32-bit word: 0 or 1 for a `bool`, and the index of the variant for an enumeration.
+    /// a pass. The value is one 32-bit word: the number itself for a `u32`, 0 or 1 for a `bool`, and the index of the Rust
+    /// variant for an enumeration.
     pub fn words(&self) -> Vec<(u32, u32)> {
         let constants = self.constants().into_iter();
         constants.map(|c| (c.id, c.word)).collect()

@@ -30,11 +30,11 @@ pub enum GeometryAccess {
 /// lights and the primary surfaces of pixels. The program selects it by the limits of the device and the size of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Fetch {
-    /// Shaders read the four words as one texel of a texel buffer (`utextureBuffer`). The driver llvmpipe fetches such a
-    /// texel in one access.
+    /// Shaders read a group of four words as one texel of a texel buffer (`utextureBuffer`). On the driver llvmpipe this is
+    /// faster, because it fetches such a texel in one access.
     Texels,
-    /// Shaders read the four words from a storage buffer, through a descriptor or by its address, as [`GeometryAccess`]
-    /// selects.
+    /// Shaders read a group of four words from a storage buffer, through a descriptor or by its address, as
+    /// [`GeometryAccess`] selects.
     Words,
 }
 

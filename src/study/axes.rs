@@ -16,8 +16,8 @@ const LINE: u32 = 20;
 /// configurations have an error bar at the same value of the parameter, the bars are drawn side by side, because otherwise
 /// one bar would hide the others.
 const BESIDE: f64 = 0.012;
-/// The minimum number of scenes for which the figure has panels for a parameter, because fewer points show no curve. These
-/// scenes must differ only in the value of this parameter.
+/// The minimum number of scenes that a parameter needs to get panels in the figure, because a curve through fewer points
+/// shows no trend. These scenes must differ only in the value of this parameter, which is part of the scene's name.
 const LEAST: usize = 3;
 /// The colours of the configurations, which colour-blind people can distinguish (Okabe and Ito, 2008). If there are more
 /// configurations than colours, the colours are used again from the first one on.
@@ -42,15 +42,15 @@ struct Point {
     bias: [f64; 2],
 }
 
-/// The points of the figure, grouped into panels and curves. The outer key is the name of a scene without its parameter, and
-/// the name of the parameter in which the scenes with this name differ; each has two panels. The inner key is the name of a
-/// configuration; its value has one point per scene.
+/// The points of the figure, grouped into panels and curves. The outer key is a pair: the name of a scene without its
+/// parameter, and the name of the parameter in which the scenes with this name differ. Each such pair has two panels. The
+/// inner key is the name of a configuration, and its value is the configuration's curve with one point per scene.
 type Axes<'a> = BTreeMap<(&'a str, &'a str), BTreeMap<&'a str, Vec<Point>>>;
 
-/// Draws a figure from the rows of a study's results, and returns the text of an SVG file. For each parameter in which at
-/// least three scenes of one configuration differ, the figure has a panel with the error and a panel with the bias of every
-/// configuration. Scenes are ignored unless they have exactly one parameter and its value is a positive number, because the
-/// axis is logarithmic. Returns `None` if there is no panel to draw.
+/// Draws a figure from the rows of a study's results, and returns the text of an SVG file. It uses only scenes that have
+/// exactly one parameter, whose value is a positive number, because the axis is logarithmic. If some configuration has
+/// results on at least three scenes that differ only in this parameter, the parameter gets one panel for the error and one
+/// for the bias, each with a curve for every configuration. Returns `None` if no parameter gets panels.
 ///
 /// # Errors
 /// The drawing library fails.

@@ -6,9 +6,9 @@
 //! - the mean of the picture is compared with that of the reference by Welch's t-test, which includes the error of the
 //!   reference. If no bias is found, but the half-width of the interval exceeds half a percent, the verdict is `undecided`;
 //! - blocks of pixels are compared too, because a bias can cancel over the picture. Light noise is skewed to the right, so
-//!   the distribution of the blocks' t values is compared with that of an unbiased control with as much noise. The worst
-//!   block is also tested by itself, since one corner of a picture hardly changes a distribution. Neighbouring blocks are
-//!   correlated, which these tests ignore, so they only raise an alarm.
+//!   the distribution of the blocks' t values is compared with that of a control: path tracing, which has no bias, with
+//!   about as much noise as the configuration. The worst block is also tested by itself, since one corner of a picture
+//!   hardly changes a distribution. These tests ignore that neighbouring blocks are correlated, so they only raise an alarm.
 //!
 //! After an alarm of either test, runs with fresh seeds alone decide, because the first seeds were the reason for the alarm.
 
@@ -19,36 +19,38 @@ use super::subject::path_tracing;
 use crate::metrics::statistics::{Estimate, kolmogorov_smirnov_p_value, t_tail, welch_p_value};
 use serde::Serialize;
 
-/// The limit for the half-width of the 99 % interval of a bias, as a fraction of the reference's mean. A verdict can be
-/// `unbiased` only if the half-width is not larger, because a wider interval could hide a bias. A configuration that is
-/// expected to be unbiased gets more seeds while its half-width is larger, up to the maximum of the plan.
+/// The limit for the half-width of the 99 % interval of a bias, as a fraction of the reference's mean. Above it, a
+/// configuration never gets the verdict `unbiased`, because a wide interval could hide a bias. If the plan expects the
+/// configuration to be unbiased, it gets more seeds until its half-width is at most this limit or its number of seeds is the
+/// plan's maximum.
 pub const WIDEST: f64 = 0.005;
 /// The limit for the half-width of the 99 % interval of a reference's mean, as a fraction of this mean. A study refuses a
 /// reference whose half-width is larger. The limit is below [`WIDEST`], because the interval of a bias contains the error of
 /// the reference and also the error of the runs.
 pub const WIDEST_REFERENCE: f64 = 0.004;
-/// The accepted probability, in [0, 1], that the tests find a bias where there is none. It applies to all tests together
-/// that Holm's method corrects together; this method corrects p-values for the number of tests. If a corrected p-value of a
-/// configuration on a scene is below this level, the verdict there is `biased`.
+/// The level of the tests for bias: if a corrected p-value of a configuration on a scene is below it, the verdict there is
+/// `biased`. Holm's method corrects the p-values of several tests together for the number of these tests. The level is the
+/// largest accepted probability, in [0, 1], that any of these tests finds a bias where there is none.
 pub const LEVEL: f64 = 0.01;
 /// The minimum number of runs with fresh seeds, which decide after an alarm (a sign of bias in the first runs) whether the
 /// configuration is biased. If the alarm came from more seeds than this, the number of fresh seeds is as large as theirs,
 /// because fewer runs could miss the same bias.
 pub const CONFIRMING_SEEDS: u32 = 128;
-/// The maximum number of samples per pixel of a control. A control is path tracing with as much noise as a configuration,
-/// whose blocks of pixels are compared with it. If a configuration has even less noise, its control has more noise than it.
-/// The limit bounds the time that controls take.
+/// The maximum number of samples per pixel of a control, which bounds the time that controls take. A control is path tracing
+/// with about as much noise as a configuration. The blocks of pixels of the configuration are compared with those of its
+/// control. If a configuration has less noise than this number of samples gives, its control has more noise than the
+/// configuration.
 const MAX_CONTROL_SAMPLES: u32 = 64;
 /// The half-width of the central interval of a normal distribution that contains 99 % of it, in standard deviations. It
 /// predicts how many seeds make an interval narrow enough; for many seeds, Student's distribution is nearly normal.
 const NORMAL_99: f64 = 2.5758;
-/// The number of standard errors by which a bias must exceed the threshold of a test, so that the test finds this bias with
-/// a probability of 90 %. From it follows the smallest bias that a check can detect, which results state.
+/// The number of standard errors by which a bias must exceed the smallest difference that the t-test of a mean calls a bias,
+/// so that the test finds it with a probability of 90 %. [`Bias::detectable`], which results state, is computed with it.
 const POWER: f64 = 1.2816;
 
 /// The bias of the mean of a configuration's pictures, estimated from its runs: the difference from the mean of the
-/// reference, with intervals and p-values. The verdict of a study follows from it. Lists have one entry for each of red,
-/// green and blue.
+/// reference, with intervals and p-values. The verdict about the configuration on the scene follows from it. Lists have one
+/// entry for each of red, green and blue.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bias {
     /// The number of runs, each with its own seed, from which the bias was estimated.
@@ -194,10 +196,10 @@ fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
         .collect()
 }
 
-/// The p-value of two tests of the blocks of a configuration's runs, combined; a small value raises an alarm. The first
-/// compares the distribution of the blocks' t values with that of the blocks of `control` (runs of path tracing with similar
-/// noise); the second tests the block that is farthest from the reference. The p-value would be exact if blocks were
-/// independent. It is 1 if no block has noise.
+/// The p-value of two combined tests whether blocks (squares of 8 × 8 pixels) of a configuration have a bias; a small value
+/// raises an alarm. The first test compares the distribution of the blocks' t values with that of the blocks of `control`
+/// (runs of path tracing with similar noise). The second tests the block whose t value is farthest from 0. The p-value would
+/// be exact if blocks were independent; it is 1 if no block has noise.
 pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
     let own = t_values(runs, reference);
     if own.is_empty() {
@@ -209,9 +211,9 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
     (2.0 * all.min(worst)).min(1.0)
 }
 
-/// The control of a configuration. It renders the same light by path tracing, which has no bias, at the time of the
-/// configuration's last frame. The blocks of pixels of the configuration are compared with those of the control. `samples`
-/// is the number of samples per pixel of the control.
+/// Makes the control of `configuration`: a configuration that renders the same light by path tracing, which has no bias,
+/// with `samples` samples per pixel. It shows the time of the last frame of `configuration`. The blocks of pixels of both
+/// are compared, to find a bias.
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),
@@ -226,8 +228,8 @@ pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
 }
 
 /// The number of samples per pixel with which the blocks of a control (path tracing for comparison) have about as much noise
-/// as those of `runs`. It is a power of two from 1 to 64. `single` are runs of a control with one sample per pixel, from
-/// whose noise it is computed.
+/// as those of `runs`. It is a power of two from 1 to 64. It is computed from the noise of `single`, the runs of a control
+/// with one sample per pixel.
 pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
     let variance = |runs: &[&Run]| {
         let blocks = runs.first().map_or(0, |run| run.blocks.len());
@@ -249,8 +251,8 @@ pub fn control_samples(runs: &[&Run], single: &[&Run]) -> u32 {
 /// bias in the first runs). The first runs cannot decide this, because they were the reason for the alarm.
 #[derive(Clone, Debug, Serialize)]
 pub struct Confirmation {
-    /// The bias of the mean of the picture, estimated from the runs with fresh seeds alone. It decides instead of the bias
-    /// of the first runs.
+    /// The bias of the mean of the picture, estimated from the runs with fresh seeds alone. The verdict about the
+    /// configuration follows from it, and not from the bias of the first runs.
     pub bias: Bias,
     /// The p-value of the test whether the fresh runs deviate from the reference in the same blocks, and to the same side,
     /// as the first runs. It is the probability, without bias, that they show this pattern at least as strongly. It is 1 if

@@ -11,11 +11,11 @@ use serde::Serialize;
 /// that cancels over the picture; no verdict depends on it.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BlockBias {
-    /// The root mean square, as a fraction of the reference's mean luminance without directly visible emission; 0 if noise
-    /// explains all differences.
+    /// The root mean square, over all blocks, of the bias of a block's mean luminance, as a fraction of the reference's mean
+    /// luminance without directly visible emission. It is 0 if noise explains all differences.
     pub relative: f64,
-    /// The lower and then the upper end of the 99 % interval of [`Self::relative`]. Both are in the same unit and at least
-    /// 0.
+    /// The lower and then the upper end of the 99 % interval of [`Self::relative`]. Both are at least 0 and, like it,
+    /// fractions of the reference's mean luminance.
     pub interval: [f64; 2],
 }
 

@@ -11,10 +11,11 @@ pub enum Effort {
     /// The study renders references, which are path-traced pictures that runs are compared with. A step is one sample per
     /// pixel.
     References,
-    /// The study renders the runs of configurations, which are their frames with one seed. A step is one frame.
+    /// The study renders the runs of configurations; a run is the frames of one configuration with one seed. A step is one
+    /// frame.
     Runs,
-    /// The study renders controls, which are runs of path tracing with as much noise as a configuration. The blocks of
-    /// pixels of the configuration are compared with theirs. A step is one frame.
+    /// The study renders controls, which are runs of path tracing with about as much noise as a configuration. The blocks of
+    /// pixels of the configuration are compared with the blocks of its control. A step is one frame.
     Controls,
     /// The study renders a run again, to find data races, which change its bits, or to count rays. A step is one frame.
     Repeats,
@@ -42,9 +43,9 @@ impl Forecast {
         self.stage(scene, effort).to_come = steps;
     }
 
-    /// Raises the number of steps of one kind of work that are still to come on the scene with the name `scene` to `steps`;
-    /// if it is larger already, it stays. A study calls this before it renders runs, with the number of frames whose runs
-    /// are not stored yet.
+    /// Raises the number of steps of one kind of work that are still to come on the scene with the name `scene` to `steps`.
+    /// If the number is larger already, nothing changes. A study calls this before it renders runs, and passes the number of
+    /// frames of all runs that are not stored yet.
     pub fn expect_at_least(&mut self, scene: &str, effort: Effort, steps: u64) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.max(steps);

@@ -29,7 +29,8 @@ pub struct Plan {
     #[serde(default = "default_width")]
     pub width: u32,
     /// The number of frames that a run renders one after the other, with indices from 0; by default 1. The bias is measured
-    /// in the mean of all frames if they show the same time and do not depend on each other, otherwise in the last frame.
+    /// in the mean of all frames if they show the same time and do not use earlier frames (no history, no accumulation);
+    /// otherwise it is measured in the last frame.
     #[serde(default = "one")]
     pub frames: u32,
     /// The number of frames per second of time in the scene, so that the scene moves from frame to frame. `None`: all frames
@@ -181,7 +182,8 @@ pub struct Resolved {
     /// All settings: those of the preset, to which the changes of the plan are applied.
     pub settings: Settings,
     /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the mean of
-    /// all frames if they show the same time and do not depend on each other, otherwise in the last frame.
+    /// all frames if they show the same time and do not use earlier frames (no history, no accumulation); otherwise it is
+    /// measured in the last frame.
     pub frames: u32,
     /// The map from the index of a frame to the time in the scene that the frame shows. Each frame is rendered, and compared
     /// with a reference, at its time.
@@ -353,9 +355,10 @@ impl Plan {
         Ok(all)
     }
 
-    /// The settings of the preset with the name `preset` after all `changes`. A change is the name of a table of the plan,
-    /// such as `set`, and the new values in this table by dotted key. `path` leads to the table in the plan that contains
-    /// these tables, so that an error can name the line. Fails if a preset or a setting is wrong.
+    /// The complete settings of a configuration: those of the preset with the name `preset`, to which all `changes` are
+    /// applied in order. Each of `changes` is the name of a table of the configuration, such as `set`, and its new values by
+    /// dotted key. `path` is the place of the configuration in the plan's text, so that an error can name the line. Fails if
+    /// the preset or a setting is wrong.
     fn settings(
         &self,
         path: &[Step<'_>],

@@ -19,7 +19,8 @@ use std::sync::Arc;
 /// bias can cancel over the whole picture. Blocks at the right and lower edges of the picture may be smaller.
 pub const BLOCK: usize = 8;
 /// The largest difference from the reference that rounding alone can cause in a pixel, as a fraction of the pixel's value.
-/// Sums of thousands of samples have a precision of at least 24 bits. Smaller differences do not count as bias.
+/// Smaller differences do not count as bias. The limit has a margin: sums of thousands of samples have a precision of at
+/// least 24 bits, so their relative error is below 10⁻⁷.
 const ROUNDING: f64 = 1e-6;
 /// The seed of all references. It is far from the seeds of runs, so that the random numbers of a reference differ from those
 /// of every run.
@@ -75,8 +76,8 @@ pub struct Reference {
     /// before their means are compared, because it has no noise, and because bright emitters would hide the relative error
     /// of the lit surfaces.
     pub emission: Vec<[f32; 3]>,
-    /// The number of samples per pixel over which `mean` is the mean. With more samples, `error` is smaller. The width of
-    /// intervals also depends on it, by Student's distribution.
+    /// The number of samples per pixel from which [`Self::mean`] and [`Self::error`] are computed. Confidence intervals that
+    /// include the error of the reference depend on it too, because the quantile of Student's distribution does.
     pub samples: u32,
 }
 
@@ -166,9 +167,10 @@ impl Reference {
         median_ratio(lit.map(|((picture, mean), _)| (of(picture), of(mean))))
     }
 
-    /// For each mean that [`Self::reduce`] returns, and in its unit, the largest difference from the reference that rounding
-    /// alone can cause. If neither a difference nor its standard error is larger, it does not count as a bias. A picture
-    /// without noise differs from the reference only in the last bits of its sums, which include the emission.
+    /// The largest differences from the reference that rounding alone can cause, one for each mean that [`Self::reduce`]
+    /// returns, and in the unit of that mean. If neither a difference nor its standard error is larger, the difference does
+    /// not count as a bias. Rounding matters for a picture without noise, which differs from the reference only in the last
+    /// bits of its sums. The limits include the emission, because these sums contain it.
     pub fn rounding(&self) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| {
             let emission = f64::from(self.emission[i][c]).abs();
@@ -176,10 +178,10 @@ impl Reference {
         })
     }
 
-    /// The positive values by which biases are divided: one for the mean of each channel, and one for the luminance of all
-    /// blocks. They are the means of the reference without emission. A mean that is 0, or so small that it may be only
-    /// rounding, is replaced by that of the brightest channel. If all channels are black, the mean emission replaces it or,
-    /// without emission, the value 1.
+    /// The positive values by which biases are divided, so that bright and dark scenes are comparable: one for the mean of
+    /// each channel, and one for the mean luminance of blocks of pixels. They are the means of the reference without
+    /// emission. A mean that is 0, or so small that it may be only rounding, is replaced by that of the brightest channel.
+    /// If all channels are black, the mean emission replaces it or, without emission, the value 1.
     pub fn scale(&self) -> ([f64; 3], f64) {
         let (mean, blocks) = self.reduce(&self.mean);
         let (rounding, rounded_blocks) = self.rounding();
@@ -196,8 +198,9 @@ impl Reference {
         )
     }
 
-    /// Averages `value`, a function of the index of a pixel and the index of a channel. Returns the mean of each channel
-    /// over the whole picture, and the mean luminance of each block, row by row.
+    /// The means of a picture that is given by `value`, a function from the index of a pixel and the index of a channel to
+    /// the radiance there. Returns the mean of each channel over the whole picture, and the mean luminance of each block (a
+    /// square of [`BLOCK`] × [`BLOCK`] pixels), row by row.
     fn means(&self, value: impl Fn(usize, usize) -> f64) -> ([f64; 3], Vec<f64>) {
         let pixels = self.mean.len();
         let mut mean = [0.0; 3];
@@ -214,8 +217,9 @@ impl Reference {
         (mean, blocks.collect())
     }
 
-    /// The mean radiance of each channel over the picture, without emission, with its standard error; a bias is the
-    /// difference of a configuration from it. The standard error is computed as if the errors of pixels were independent.
+    /// The mean radiance of each channel over the picture, without emission, in the unit of [`Self::mean`], with its
+    /// standard error. The mean of a configuration's pictures minus this value is the bias. The standard error is computed
+    /// as if the errors of pixels were independent.
     pub fn mean_estimates(&self) -> [Estimate; 3] {
         let (mean, _) = self.reduce(&self.mean);
         let count = self.error.len() as f64;
@@ -232,9 +236,9 @@ impl Reference {
         self.half_width_by(u64::from(self.samples))
     }
 
-    /// The half-width of the 99 % interval of a channel's mean, as a fraction of that mean, as [`Self::half_width`] returns
-    /// it. It is computed from the standard errors of this reference, but with Student's quantile for `samples` samples per
-    /// pixel; a prediction for more samples uses this. Black channels are left out.
+    /// The value of [`Self::half_width`] with Student's quantile for `samples` samples per pixel instead of that for the
+    /// reference's own number. The standard errors are still those of this reference. [`Self::samples_for`] predicts with it
+    /// how many samples per pixel a reference needs.
     fn half_width_by(&self, samples: u64) -> f64 {
         let (rounding, _) = self.rounding();
         (self.mean_estimates().into_iter().zip(rounding))
@@ -251,9 +255,9 @@ impl Reference {
         (normal / half_width).powi(2) * f64::from(self.samples)
     }
 
-    /// The mean luminance of each block without emission, row by row, with its standard error; the blocks of runs are
-    /// compared with it. The channels of a pixel are correlated, so the weighted standard errors of the channels are added,
-    /// not their squares.
+    /// The mean luminance of each block (a square of [`BLOCK`] × [`BLOCK`] pixels) without emission, row by row, with its
+    /// standard error in the same unit. The blocks of runs are compared with these values. The channels of a pixel are
+    /// assumed to be fully correlated, so the error of its luminance is the weighted sum of the errors of its channels.
     pub fn block_estimates(&self) -> Vec<Estimate> {
         let (_, means) = self.reduce(&self.mean);
         let mut squares = self.empty_blocks();
@@ -322,7 +326,8 @@ impl References {
         &self.0[(frame as usize).min(self.0.len() - 1)]
     }
 
-    /// The reference of the last frame. The test for bias compares the mean of the last frame with it.
+    /// The reference of the last frame. The test for bias compares [`Run::mean`](super::run::Run::mean) with it. If that
+    /// mean is over several frames, the frames show the same time, so this is the reference of all of them.
     pub fn last(&self) -> &Reference {
         &self.0[self.0.len() - 1]
     }

@@ -42,8 +42,8 @@ pub struct Row {
     /// selects. If it is below 1, most of them are too dark.
     pub median: Vec<f64>,
     /// The time of each pass in one frame, in milliseconds: the median over the frames of a run, and then the median over
-    /// runs. Frame 0 (if a run has more frames) and the first execution of each pass are left out, because their times
-    /// differ.
+    /// runs. Frame 0 is left out if a run has more frames, because it has no history. The first execution of each pass is
+    /// left out too, because it may contain the compilation of the pass.
     pub milliseconds: Milliseconds,
     /// The time of each pass when it was executed for the first time, in milliseconds; some drivers compile the pass then.
     /// The times are taken from the first run that has such times; the list is empty if no run has them.
@@ -54,8 +54,9 @@ pub struct Row {
     /// The memory on the device that resampling keeps between passes and frames, in bytes for each pixel of the picture; 0
     /// for path tracing.
     pub bytes_per_pixel: f64,
-    /// The number of values that shaders rejected because they were NaN, infinite, negative or too large, over all runs,
-    /// also those with fresh seeds. If it is not 0, the row makes the study fail.
+    /// The number of radiances and weights (of candidates and reservoirs) that shaders rejected because they were NaN,
+    /// infinite, negative or too large. It counts all runs, also those with fresh seeds. If it is not 0, the row makes the
+    /// study fail.
     pub rejected: u64,
     /// The bias of the picture's mean, estimated from the runs with the first seeds. After an alarm, [`Self::confirmation`]
     /// has the bias that decides.
@@ -70,15 +71,15 @@ pub struct Row {
     /// The result of the runs with fresh seeds, which alone decide if the first seeds raised an alarm (a sign of bias). Null
     /// without an alarm.
     pub confirmation: Option<Confirmation>,
-    /// The smallest of the p-values that decide about this row, after Holm's correction for the number of tests. The
-    /// correction covers all rows that expect `unbiased` together, and the other rows together. If the p-value is below
-    /// 0.01, the verdict is `biased`.
+    /// The smallest of the p-values that decide about this row, after Holm's correction for the number of tests. The tests
+    /// of all rows that expect `unbiased` are corrected as one group, and those of all other rows as a second group. If the
+    /// p-value is below 0.01, the verdict is `biased`.
     pub corrected_p_value: f64,
     /// The smallest bias of the mean that the check of this row finds with a probability of 90 %, as a fraction of the
     /// reference's mean. The check can miss a smaller bias.
     pub detectable_bias: f64,
-    /// True if a repetition of the run with the first seed gave the same bits. False means that a pass has a data race, and
-    /// the row makes the study fail.
+    /// True if a repetition of the run with the first seed gave the same means of channels and of blocks, to the last bit.
+    /// False means that a pass has a data race, and the row makes the study fail.
     pub replays: bool,
     /// The verdict that the plan expects. A verdict `biased` makes the study fail only if this is `unbiased`.
     pub expect: Expect,
@@ -103,16 +104,17 @@ pub struct Missing {
     pub minutes: Option<f64>,
 }
 
-/// The outcome of the check whether one configuration has a bias on one scene. It follows from the interval of the bias of
-/// the picture's mean and from the p-values. A study fails if a configuration is biased although its plan expects it to be
-/// unbiased.
+/// The outcome of the check whether one configuration has a bias on one scene. It is decided by the p-values of the tests
+/// for bias and by the 99 % interval of the bias of the picture's mean. A study fails if a configuration is biased although
+/// its plan expects it to be unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// No bias was found, and the 99 % interval is so narrow (its half-width is at most [`WIDEST`]) that a larger bias would
     /// have been found.
     Unbiased,
-    /// The difference from the reference is too large to be chance: a corrected p-value is below [`LEVEL`].
+    /// The difference from the reference is too large to be chance: a p-value of the tests that decide about the row,
+    /// corrected for the number of tests, is below [`LEVEL`].
     Biased,
     /// No bias was found, but the 99 % interval is too wide (its half-width is above [`WIDEST`]) to exclude one. More seeds
     /// or a better reference are needed.
@@ -194,8 +196,8 @@ impl Row {
         }
     }
 
-    /// A text for the user about the work that would decide the row. It names the key of the plan whose value the user
-    /// should raise. `None` unless the row expects `unbiased` and its verdict is `undecided`.
+    /// A text for the user about an undecided row: what is missing for a verdict, and which key of the plan the user should
+    /// raise. `None` unless the row expects `unbiased` and its verdict is `undecided`.
     pub fn open_question(&self) -> Option<String> {
         let missing = self.missing.filter(|_| self.expect == Expect::Unbiased)?;
         let (Some(seeds), Some(minutes)) = (missing.seeds, missing.minutes) else {
@@ -245,8 +247,8 @@ fn first_runs(runs: &[&Run]) -> Milliseconds {
 }
 
 /// Sets the verdict, the corrected p-value, the detectable bias and the missing work of all rows, when the rows of all
-/// scenes are complete. Holm's correction keeps the probability of any false verdict `biased` low. It is applied to all
-/// tests of the rows that expect `unbiased` together, and once more to all tests of the other rows together.
+/// scenes are complete. Holm's correction keeps the probability of any false verdict `biased` low. The tests of all rows
+/// that expect `unbiased` are corrected as one group, and those of all other rows as a second group.
 pub fn judge(rows: &mut [Row]) {
     for claimed in [true, false] {
         let mut chosen: Vec<&mut Row> = (rows.iter_mut())

@@ -77,9 +77,9 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// The costs of one frame as text, with one line for each row: the milliseconds of every pass, bytes per pixel and, if the
-/// plan requests counts, rays, lanes in use and neighbours. A second line has the times of the first execution of each pass,
-/// if they are known.
+/// The costs of one frame as text, with one line for each row of results: the milliseconds of every pass and the bytes per
+/// pixel. If the plan requests counts, the line also has the rays, the percentage of lanes in use and the merged neighbours.
+/// A second line has the times of the first execution of each pass, if they are known.
 fn costs(rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {

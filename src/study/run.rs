@@ -47,9 +47,9 @@ pub struct Run {
     /// dark, which a few very bright pixels can hide in the mean.
     #[serde(default)]
     pub median: Vec<f64>,
-    /// The mean radiance of each channel, without emission that the camera sees directly. It is the mean over the pixels of
-    /// all frames if they show the same time and do not depend on each other, otherwise over those of the last frame. The
-    /// test for bias uses it.
+    /// The mean radiance of each channel (linear RGB, in the scene's unit) over the pixels, without emission that the camera
+    /// sees directly. It is the mean over all frames if they show the same time and do not use earlier frames (no history,
+    /// no accumulation); otherwise it is of the last frame only. The test for bias compares it with the reference.
     pub mean: [f64; 3],
     /// The mean luminance of each block of 8 × 8 pixels, row by row, without directly visible emission. The means are over
     /// the same frames as [`Self::mean`]. They show a bias that cancels over the picture.
@@ -58,8 +58,9 @@ pub struct Run {
     /// left out if there are other frames. The first execution of each pass, which may contain its compilation, is left out
     /// too.
     pub milliseconds: Milliseconds,
-    /// The times of passes when they were executed for the first time, in milliseconds; some drivers compile a pass then.
-    /// Empty if the passes had been executed before this run.
+    /// The times of passes that this run executed for the first time since the renderer was made, in milliseconds. Results
+    /// state them apart from the other times, because some drivers compile a pass then. Empty if all passes had been
+    /// executed before this run.
     #[serde(default)]
     pub first_runs: Milliseconds,
     /// The counts of each pass in the last frame, such as the number of rays. Empty unless the renderer counts. They are not
@@ -70,8 +71,8 @@ pub struct Run {
     /// for path tracing.
     #[serde(default)]
     pub bytes_per_pixel: f64,
-    /// The number of values that shaders rejected because they were NaN, infinite, negative or too large, over all frames of
-    /// the run.
+    /// The number of radiances and weights (of candidates and reservoirs) that shaders rejected because they were NaN,
+    /// infinite, negative or too large, over all frames of the run. Each was replaced by 0.
     pub rejected: u32,
     /// The duration of the whole run, including the measurement of its frames, in seconds. It predicts the duration of
     /// further runs. 0 if an older program stored the run without it.
@@ -94,8 +95,8 @@ impl Run {
     }
 
     /// True if both runs have the same means of channels and of blocks, to the last bit; then their pictures count as equal.
-    /// If a run and its repetition differ, a pass has a data race. The errors are not compared, because they also depend on
-    /// the references, which are different with `--quick`.
+    /// If a run and its repetition differ, a pass has a data race. Errors such as the RMSE are not compared, because they
+    /// also depend on the references, and the option `--quick` changes these.
     pub fn same_as(&self, other: &Self) -> bool {
         (self.mean, &self.blocks) == (other.mean, &other.blocks)
     }

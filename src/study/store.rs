@@ -39,8 +39,9 @@ impl Store {
         Ok(store)
     }
 
-    /// Stores a run in memory, but not in the file. It replaces a run with the same key and seed. If the file has two lines
-    /// for such a run, the later line counts, because a run is rendered again only if its earlier line was damaged.
+    /// Stores a run in memory, but not in the file; it replaces the run in memory that has the same key and seed. Therefore,
+    /// if the file has two lines with the same key and seed, the later line counts. The program writes such a later line
+    /// only if the run of the earlier one was damaged.
     fn remember(&mut self, run: Run) {
         let seeds = self.runs.entry(run.key.clone()).or_default();
         seeds.insert(run.seed, run);

@@ -1,5 +1,5 @@
-//! A scene on the device, with the references and the renderers that a study uses for it. They are kept, so that they are
-//! not made again for each run.
+//! A scene on the device, with the references and the renderers that a study has made for it. The study uses the same scene,
+//! references and renderers for all runs on the scene, because making them takes time.
 
 use super::plan::Resolved;
 use super::reference::{Reference, References, Shot, blocks_of_side};
@@ -21,8 +21,8 @@ use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A scene on the device, with its references and one renderer for each configuration. A study makes all runs and references
-/// on this scene with it.
+/// A scene on the device, with the references and the renderers that were made for it. A configuration has one renderer for
+/// its runs and, if rays are counted, a second one. A study makes all runs and references on this scene with this value.
 pub struct Subject {
     /// The name of the scene in the plan. Runs, results and messages state it, so that users know to which scene they
     /// belong.
@@ -200,8 +200,9 @@ impl Subject {
         self.measure(configuration, seed, references, Tracking::default())
     }
 
-    /// The counts of each pass in the last frame of the run with the seed `seed`, such as rays and neighbours. This renders
-    /// a run only to count, because counting takes time, and because shaders that count may round differently.
+    /// The counts of each pass in the last frame of the run with the seed `seed`, such as the numbers of rays and of merged
+    /// neighbours. This renders a run only to count, because counting takes time, and because shaders that count may round
+    /// differently.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at a frame's time.
@@ -270,8 +271,9 @@ impl Subject {
     }
 }
 
-/// The settings with which path tracing renders the same light as the configuration with the settings `settings`. References
-/// are rendered with them, and also controls, which show how the blocks of pixels of pictures without bias are distributed.
+/// The settings with which path tracing renders the same light as the configuration with the settings `settings`. Both
+/// references and controls are rendered with them. A control shows how the blocks of pixels of pictures without bias are
+/// distributed.
 pub fn path_tracing(settings: &Settings) -> Settings {
     Settings {
         integrator: Integrator::PathTracing,

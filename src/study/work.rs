@@ -15,16 +15,17 @@ use crate::{Error, Result};
 use std::ops::Range;
 use std::time::Instant;
 
-/// The first seed of controls, which are path tracing with as much noise as a configuration, for a comparison of blocks of
-/// pixels. It is far from the seeds of other runs, so that no seed has two uses.
+/// The first seed of the runs of controls. A control is path tracing with about as much noise as a configuration, and the
+/// blocks of pixels of the configuration are compared with those of the control. The number is far from the seeds of other
+/// runs, so that no seed has two uses.
 const CONTROL_SEED: u32 = 1 << 20;
 /// The first seed of the runs that alone decide whether a configuration is biased after an alarm, which is a sign of bias in
 /// the first runs. It is far from the seeds of other runs, so that these runs are independent of the first ones.
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// The number of samples per pixel that the forecast of the study's duration assumes for controls, with whose blocks of
-/// pixels a configuration is compared. The real number is known only later, from the measured noise. This constant changes
-/// no result.
+/// The number of samples per pixel that the forecast of the study's duration assumes for controls, which are path tracing
+/// for comparison with the blocks of a configuration. The real number is known only later, from the measured noise. This
+/// constant changes no result.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
 /// Sets in the forecast the number of steps of all work that `plan` requires on the scene `planned`, before any work begins,
@@ -138,9 +139,9 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Renders runs with further seeds of each configuration that is expected to be unbiased, while its interval is wider
-    /// than [`WIDEST`], so that it proves nothing, and the plan's maximum is not reached. Returns the largest number of
-    /// seeds of any configuration; those with a narrow interval have fewer.
+    /// Renders runs with further seeds of each configuration that is expected to be unbiased, until its interval is at most
+    /// as wide as [`WIDEST`] allows or the plan's maximum of seeds is reached. A wider interval proves nothing. Returns the
+    /// largest number of seeds of any configuration; those with a narrow interval have fewer.
     fn extend(&mut self, configurations: &[&Resolved]) -> Result<u32> {
         let mut seeds = self.plan.seeds;
         while seeds < self.plan.most_seeds() {
@@ -212,8 +213,8 @@ impl<'a> Work<'a> {
         (self.watch)(self.forecast.fraction())
     }
 
-    /// Renders the runs of the configurations with the seeds `seeds` that the store does not have. For each seed, the
-    /// configurations take turns, so that a disturbance of the machine affects the times of all of them.
+    /// Renders one run for each of the configurations and each seed in `seeds`, unless the store already has this run. For
+    /// each seed, the configurations take turns, so that a disturbance of the machine affects the times of all of them.
     fn run(
         &mut self,
         effort: Effort,

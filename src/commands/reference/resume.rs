@@ -24,9 +24,9 @@ const LISTED: usize = 3;
 /// and it is not resumed. The limit leaves room for devices that round differently.
 const LOW_PART: f64 = 1e-6;
 
-/// The largest amount by which the mean square of a pixel's samples may be below the square of their mean, as a
-/// fraction of the latter. In exact arithmetic, the mean square is never below. A larger difference shows that the file
-/// is damaged, and it is not resumed.
+/// A tolerance for rounding: the mean of a pixel's squared samples may be less than the square of the mean of its samples by
+/// at most this fraction of the latter. In exact arithmetic, the mean of the squares is never less. A larger difference
+/// shows that the file is damaged, and it is not resumed.
 const SPREAD_ROUNDING: f64 = 1e-4;
 
 /// Loads the sums of radiance that an earlier run has stored in the first output file into the renderer. Returns the number

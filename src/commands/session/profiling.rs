@@ -9,9 +9,8 @@ use crate::render::counters::Counts;
 use crate::render::{Renderer, Tracking};
 
 impl Session {
-    /// Renders the frames of the plan (how many are for the warm-up, timed, and in flight at once), first those of the
-    /// warm-up and then those that are timed, and returns the times of all of them in this order. `watch` is called
-    /// before each frame, and ends the work if it returns an error.
+    /// Renders the frames of `plan`: first those of the warm-up, then those that are timed. Returns the times of all of them
+    /// in this order. `watch` is called before each frame, and ends the work if it returns an error.
     ///
     /// # Errors
     /// The device fails, the scene cannot be rendered at a frame's time, or the errors of `watch`.
@@ -83,8 +82,8 @@ impl Session {
     }
 
     /// The conditions under which a profile is measured: driver, tracer, access of shaders to the scene, revision of the
-    /// program, and number of frames in flight. They can explain why two profiles of the same scene and settings differ. Two
-    /// profiles can be compared even if their conditions differ; only the number of frames in flight must be equal.
+    /// program, and number of frames in flight. They can explain why two profiles of the same scene and settings differ.
+    /// Profiles are compared only if their numbers of frames in flight are equal; the other conditions may differ.
     pub fn circumstances(&self, plan: Plan) -> Circumstances {
         let variant = self.selection.variant;
         Circumstances {

@@ -1,5 +1,6 @@
 //! Groups of emissive triangles that are connected by common corners, as the triangles of one finely modelled emitter are.
-//! The light BVH treats a group as one light where it can, and the choice of `auto` settings counts a group as one emitter.
+//! The light BVH treats a group as one light where it can. The renderer counts a group as one emitter where a setting, such
+//! as `candidates=auto`, depends on the number of emitters.
 
 use crate::scene::lights::EmitterTriangle;
 use std::collections::HashMap;

@@ -14,8 +14,8 @@
 //!   far ones in groups.
 //!
 //! Directional lights and the environment are not in the tree. Rare lights (far dimmer than the others) are not in it either
-//! if every user of the tree samples them separately. The tree and the clusters are made once; where lights move or change,
-//! only boxes and powers are updated.
+//! if separate candidates are drawn from them wherever candidates are drawn from the tree. The tree and the clusters are
+//! made once; where lights move or change, only boxes and powers are updated.
 
 mod clusters;
 pub mod connected;
@@ -31,35 +31,36 @@ use glam::{DVec3, Vec3};
 /// of the tree for one point) finds, and how likely it is that one of these is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBvhOptions {
-    /// The factor that decides how far the box of a node extends beyond its lights: by scale · √power, or for a cut by scale
-    /// times half the diagonal of the lights' box. With larger boxes, a walk (the search of the tree for one point) finds
-    /// more lights, or far lights in smaller groups, and takes longer. `None`: it is 1 for a cut; otherwise it is chosen so
-    /// that a point on a surface is in about eight boxes, or in fewer if there are at most ten clusters.
+    /// The factor that decides how far the box of a node extends beyond the box around its lights. With `cut`, the distance
+    /// is scale times half the diagonal of that box; otherwise it is scale · √power, with the power of the lights in the
+    /// device's units. With larger boxes, a walk (the search of the tree for one point) finds more lights, or far lights in
+    /// smaller groups, and takes longer. `None`: it is 1 with `cut`; otherwise it is chosen so that a point on a surface is
+    /// in about eight boxes, or in fewer if there are at most ten clusters.
     pub scale: Option<f32>,
     /// True if a walk (the search of the tree for one point) finds all lights at every point: near clusters one by one, and
     /// far clusters joined in groups. False if it finds only the clusters whose boxes of influence contain the point.
     pub cut: bool,
-    /// True if lights that are close to each other form clusters, which are found and drawn together; false if each light is
-    /// a separate cluster.
+    /// True if lights that are close to each other form one cluster, that is, one leaf of the tree, so that a walk finds all
+    /// of them or none. False if each light is a separate cluster.
     pub clusters: bool,
     /// True if lights are drawn in proportion to their power from the node that a walk (the search of the tree for one
     /// point) has selected. False if all lights that the walk finds are equally likely.
     pub by_power: bool,
-    /// True if the tree contains no rare lights (far dimmer than the others), because separate candidates are drawn from
-    /// these. False if it contains them like other lights.
+    /// True if the tree contains no rare lights (far dimmer than the others). This is so if separate candidates are drawn
+    /// from rare lights wherever candidates are drawn from the tree. False if the tree contains them like other lights.
     pub leaves_out_rare: bool,
 }
 
 impl LightBvhOptions {
     /// True if [`LightBvh::new`] needs points on the scene's surfaces, from which it chooses the scale of boxes of
-    /// influence. False if the scale is given, or if the walk makes a cut.
+    /// influence. This is so if `scale` is `None` and `cut` is false.
     pub fn needs_surfaces(&self) -> bool {
         self.scale.is_none() && !self.cut
     }
 }
 
-/// A light that has a position, that is, not a directional light or the environment; in the device's world space and units.
-/// The tree can contain only such lights. Its clusters, boxes and powers are computed from a list of these values.
+/// A light with a position, in the device's world space and units; directional lights and the environment have none. The
+/// tree can contain only such lights. Its clusters, boxes and powers are computed from a list of these values.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
     /// The index of the light among the lights of all kinds: triangles first, then punctual lights.
@@ -75,8 +76,9 @@ pub struct NearLight {
     /// The unit normal of the half space into which a one-sided triangle or a spot emits; zero for other lights, which emit
     /// into all directions.
     pub normal: Vec3,
-    /// The power of the light divided by π, in the device's units: for a triangle, area × luminance, doubled if both sides
-    /// emit, as in [`crate::scene::lights::power`].
+    /// The light's entry of [`Lights::powers`]: its power divided by π, in the device's units of radiance × squared length.
+    /// For a triangle, it is area × luminance, doubled if both sides emit, as in [`crate::scene::lights::power`]. The radius
+    /// of the box of influence follows from it and, with [`LightBvhOptions::by_power`], the weight of the light in draws.
     pub power: f64,
     /// The area of the light, in the square of the device's unit of length; 0 for a punctual light. Lights form a cluster
     /// only if the sum of their areas is large enough for the box around them.
@@ -134,11 +136,12 @@ impl NearLight {
 pub struct LightBvhContents {
     /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
-    /// Two arrays, stored as one: each entry has the fields of both. The first array (`light`, `before`) lists the lights in
-    /// the order of the tree's leaves, each with the sum of the integer weights of all lights before it. By these sums,
-    /// shaders draw a light of a node; one more entry after the last light has the total. The second array (`leaf`, `index`)
-    /// has one entry per light of the scene, of any kind: the index of the light's leaf in `nodes`, or NONE for a light that
-    /// is not in the tree, and its index in the first array.
+    /// Two arrays in one: an entry has the fields of both, and the arrays have nothing else in common. The first array
+    /// (`light`, `before`) lists the lights in the order of the tree's leaves, each with the sum of the integer weights of
+    /// all lights before it; one more entry has the total. Shaders draw a light of a node by these sums. The second array
+    /// (`leaf`, `index`) has one entry per light of the scene, of any kind: the index in `nodes` of the leaf that contains
+    /// the light (NONE if the tree lacks the light), and the light's index in the first array. Shaders compute from it the
+    /// probability with which a given light is drawn.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -166,9 +169,10 @@ pub struct Visit {
     pub is_leaf: bool,
 }
 
-/// The nodes that a walk (the search of the tree for `point`) visits, in depth-first order. It is the search of
-/// `glsl/lights/samplers/light_bvh/light_bvh.glsl` on the host, for counts of nodes. A node whose box does not contain the
-/// point is visited, but its descendants are skipped. `point` is in the device's world space.
+/// The nodes that a walk (the search of the tree for `point`) visits, in depth-first order. A node whose box does not
+/// contain the point is visited, but its descendants are skipped. Shaders do the same search
+/// (`glsl/lights/samplers/light_bvh/light_bvh.glsl`); here, the visited nodes are only counted. `point` is in the device's
+/// world space.
 pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> {
     let mut next = 0;
     std::iter::from_fn(move || {
@@ -184,8 +188,9 @@ pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> 
 /// [`LightBvh::contents`] computes the data for shaders anew from it.
 pub struct LightBvh {
     options: LightBvhOptions,
-    /// The factor that decides how far the box of a node extends beyond its lights: by scale · √power, or for a cut by scale
-    /// times half the diagonal of the lights' box.
+    /// The factor that decides how far the box of a node extends beyond the box around its lights. With
+    /// [`LightBvhOptions::cut`], the distance is scale times half the diagonal of that box; otherwise it is scale · √power,
+    /// with the power of the lights in the device's units.
     pub scale: f32,
     /// The lights in the order of the tree's leaves, each as its position in the list that [`NearLight::of`] makes. A node's
     /// lights are consecutive here.
@@ -212,16 +217,17 @@ struct Topology {
     count: u32,
 }
 
-/// The value of [`LightBvh::scale`] for a cut of the tree if the options set none. With this value, the box around a node's
-/// lights is enlarged on each side by half its diagonal, and a walk continues with the node's children if the enlarged box
-/// contains the point. A larger value divides far lights into smaller groups, so that draws fit the point better and walks
-/// take longer.
+/// The value of [`LightBvh::scale`] for a cut of the tree if [`LightBvhOptions::scale`] is `None`. With this value, the box
+/// around a node's lights is enlarged on each side by half its diagonal, and a walk continues with the node's children if
+/// the enlarged box contains the point. A larger value divides far lights into smaller groups. Each group then has a more
+/// exact estimate of the light that arrives at the point, but walks take longer.
 const CUT_SCALE: f32 = 1.0;
 
 impl LightBvh {
     /// Builds the light BVH for `lights`. `groups` lists the group of each emissive triangle, as
     /// [`connected`](connected::connected) returns it. `surfaces` lists points on the scene's surfaces in the device's world
-    /// space, from which [`LightBvh::scale`] is chosen. It may be empty unless [`LightBvhOptions::needs_surfaces`] is true.
+    /// space, from which [`LightBvh::scale`] is chosen. They are used only if [`LightBvhOptions::needs_surfaces`] is true;
+    /// otherwise the list may be empty.
     pub fn new(
         lights: &Lights,
         groups: &[u32],
@@ -310,8 +316,8 @@ impl LightBvh {
         self.order.len()
     }
 
-    /// The number of clusters of lights, which are the leaves of the tree. The number of boxes in which a surface point
-    /// shall be, and thus [`LightBvh::scale`], depends on it if there are few clusters.
+    /// The number of clusters of lights, which are the leaves of the tree. With at most ten clusters, [`LightBvh::scale`] is
+    /// chosen for a smaller mean number of boxes around a surface point: three quarters of the number of clusters.
     pub fn cluster_count(&self) -> usize {
         self.tree.iter().filter(|node| node.is_leaf).count()
     }
@@ -426,16 +432,17 @@ fn integer_sums(weights: &[f64]) -> Vec<u32> {
 /// lights without power, which a walk therefore does not find.
 const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
-/// The box around some lights in the device's world space, the sum of their powers, and the sum of their normals. The sums
-/// of child nodes are added up to the sum of their parent, from which its box, power and normal follow.
+/// The sums over some lights, from which a node's box, power and normal follow: the box around the lights (`low` to `high`,
+/// in the device's world space), their total power, and the sum of their normals. The sums of a parent node are those of its
+/// two children together.
 #[derive(Clone, Copy)]
 struct LightSum {
     low: Vec3,
     high: Vec3,
     power: f64,
-    /// The sum of the lights' normals, each multiplied by the power of its light. Divided by `power`, it is the node's
-    /// normal, which shows shaders how much light the node sends towards a point. Lights that emit into all directions add
-    /// zero.
+    /// The sum of the lights' normals in world space, each multiplied by the power of its light. Lights that emit into all
+    /// directions add zero. Divided by `power`, the sum is the mean normal of the node, whose length is at most 1. Shaders
+    /// estimate from it how much of its light the node sends towards a point.
     normal: DVec3,
 }
 
@@ -483,9 +490,9 @@ impl LightSum {
         scale * power.sqrt() as f32
     }
 
-    /// For a cut of the tree, the box (min, max) of a node with these lights: the box around them, enlarged on each side by
-    /// `scale` times half its diagonal. If the point for which a walk searches is inside, the walk continues with the node's
-    /// children. Otherwise the walk finds these lights as one.
+    /// The box (min, max) of a node of a cut, in the device's world space: the box around the node's lights, enlarged on
+    /// each side by `scale` times half its diagonal. If it contains the point for which a walk searches, the walk continues
+    /// with the node's children. Otherwise the walk skips the children, and treats all lights of the node as one light.
     fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
         let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
         (self.low - radius, self.high + radius)

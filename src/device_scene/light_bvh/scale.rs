@@ -1,14 +1,14 @@
 //! The choice of the scale of boxes of influence. These are boxes around clusters of lights; at a point outside of a
 //! cluster's box, the light BVH does not find the cluster. The scale is chosen so that points on surfaces are, on average,
-//! inside a certain number of boxes.
+//! inside [`OVERLAP`] boxes.
 
 use super::{LightBvh, NearLight, walk};
 use crate::shader_interface::GpuLightNode;
 use glam::Vec3;
 
-/// The wanted mean number of boxes of influence that contain a point on a surface. Points outside of all boxes do not count
-/// in the mean. A higher number finds better light candidates where many lights matter, and makes the search of the tree
-/// longer.
+/// The mean number of boxes of influence around a point on a surface for which [`fitting`] chooses the scale. Points outside
+/// of all boxes do not count in the mean. A higher number finds better light candidates where many lights matter, and makes
+/// the search of the tree longer.
 const OVERLAP: f64 = 8.0;
 
 /// Finds the smallest scale of boxes of influence at which the points `surfaces`, in the device's world space, are inside
@@ -49,8 +49,8 @@ pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f
     scale_of(high)
 }
 
-/// The number of clusters of lights whose boxes of influence contain `point`, which is in the device's world space. A walk
-/// for this point finds so many clusters.
+/// The number of clusters of lights whose boxes of influence contain `point`, which is in the device's world space. It is
+/// the number of clusters that a walk for this point finds.
 fn boxes_around(nodes: &[GpuLightNode], point: Vec3) -> u64 {
     let held = walk(nodes, point).filter(|visit| visit.inside && visit.is_leaf);
     held.count() as u64
@@ -70,8 +70,8 @@ mod tests {
     use crate::procedural;
     use glam::DVec3;
 
-    /// Points on the emitter itself, which are always inside its box, must not be sufficient to decide the scale: the box of
-    /// a single emitter must contain most points of the scene.
+    /// The box of a single emitter must contain most points of the scene. Points on the emitter itself are in its box at any
+    /// scale; a search that ended with these alone would choose too small a scale.
     #[test]
     fn one_emitter_lights_most_points() {
         let scene = procedural::generate("statue-room", &[]).unwrap();

@@ -22,11 +22,11 @@ const CLUSTERS_AT_ONCE: usize = 4096;
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
-    /// Limits the boxes of influence of clusters to the surfaces that rays from their lights reach. For each cluster with
-    /// power, `RAYS` rays in random directions start at random points of its lights. Their maximum length is the cluster's
-    /// radius of influence. `trace` returns the distance to each ray's hit in the device's units, or a negative value for a
-    /// ray without a hit. No rays are traced for a cluster without power, so its box stays unlimited if the cluster is
-    /// switched on later.
+    /// Limits the box of influence of each cluster to the surfaces that rays from its lights reach. `RAYS` rays per cluster
+    /// start at random points of its lights, in random directions. Their maximum length is the cluster's radius of
+    /// influence. `trace` returns the distance to each ray's hit in the device's units, or a negative value for a ray
+    /// without a hit. A cluster without power gets no rays; if it is switched on later, its box has the full radius on every
+    /// side.
     ///
     /// # Errors
     /// `trace` returns an error.
@@ -73,9 +73,9 @@ impl LightBvh {
     }
 }
 
-/// A ray from a random point of a light, in a random direction into which the light emits, for [`LightBvh::limit`]. `light`
-/// is the index among the lights of all kinds. The ray ends at the distance `radius`, in the device's units. The ray is in
-/// the device's world space.
+/// A ray in the device's world space, for [`LightBvh::limit`]: it starts at a random point of a light, and goes in a random
+/// direction into which the light emits. `light` is the index of this light among the lights of all kinds. `radius` is the
+/// maximum length of the ray, in the device's units.
 fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> RayQuery {
     let (position, axis) = point(lights, light, random);
     let mut direction = direction(random);

@@ -24,8 +24,8 @@ impl Model {
     }
 }
 
-/// Builds a scene step by step, with the functions that add meshes, images, instances and cameras. The field is the scene as
-/// built so far, without any object at the beginning.
+/// Builds a scene step by step, with functions that add meshes, images, instances and cameras. The field is the scene with
+/// all objects that were added so far. It is empty at the beginning.
 #[derive(Default)]
 pub struct Builder(pub Scene);
 

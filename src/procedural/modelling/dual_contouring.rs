@@ -5,9 +5,10 @@ use super::simplify::simplify;
 use glam::{Mat3, Vec3};
 use std::collections::HashMap;
 
-/// The coordinates of grid lines along one axis in metres, in increasing order, for a grid of [`surface`]. The first is
-/// `start`. Each pair (end, step) of `runs` continues them up to exactly `end`, in equal steps of about the size `step`, so
-/// that regions with small details can have a finer grid.
+/// The coordinates of the grid lines along one axis, in metres and in increasing order; [`surface`] takes such a list for
+/// each axis. The first coordinate is `start`. Each pair (end, step) of `runs` adds coordinates from the last one so far up
+/// to exactly `end`, in equal steps of about the size `step`. With several runs, regions with small details get a finer
+/// grid.
 pub fn ticks(start: f32, runs: &[(f32, f32)]) -> Vec<f32> {
     let mut ticks = vec![start];
     let mut from = start;
@@ -25,8 +26,9 @@ pub struct Detail<W: Fn(Vec3) -> f32> {
     /// The number of triangles to which the surface is simplified. The surface keeps more triangles if further
     /// simplification would fold it or make it non-manifold.
     pub triangles: usize,
-    /// The factor by which errors of the simplification near a point count; the point is given in the coordinates of the
-    /// body. Regions with a higher weight keep more triangles, and a constant weight treats all regions equally.
+    /// A function that takes a position in metres, in the coordinates of the body, and returns the weight of the surface
+    /// there. The simplification multiplies its errors by this weight. Regions with a higher weight keep more triangles, and
+    /// a constant weight treats all regions equally.
     pub weight: W,
 }
 
@@ -87,8 +89,9 @@ struct Net<'a> {
     grid: &'a [Vec<f32>; 3],
     size: GridIndex,
     values: Vec<f32>,
-    /// The points where the surface crosses edges of the grid, with the unit normals of the surface there. The key is the
-    /// index of the edge's first node, and the axis of the edge (0 to 2).
+    /// The points in metres where the surface crosses edges of the grid, each with the unit normal of the surface. The key
+    /// is the position of the edge's lower node in `values`, and the axis of the edge (0 to 2). [`Net::corner`] places the
+    /// vertices of the surface by these points.
     crossings: HashMap<(usize, usize), (Vec3, Vec3)>,
 }
 
@@ -120,8 +123,8 @@ impl<'a> Net<'a> {
         net
     }
 
-    /// Computes the values of the block of nodes that starts at `first`. Far from the surface only the sign of a value
-    /// matters, so all nodes of such a block get the value at the block's centre.
+    /// Computes the values of the body's function at the nodes of one block, whose lowest node is `first`. Far from the
+    /// surface only the sign of the function matters, so all nodes of such a block get its value at the centre of the block.
     fn fill(&mut self, first: GridIndex, body: &impl Fn(Vec3) -> f32) {
         let end = [0, 1, 2].map(|axis| (first[axis] + BLOCK).min(self.size[axis]));
         let (low, high) = (self.node(first), self.node(end.map(|i| i - 1)));
@@ -159,7 +162,8 @@ impl<'a> Net<'a> {
         self.value(at) < 0.0
     }
 
-    /// True if the node is the last one of the grid along the axis.
+    /// True if the node is the last one of the grid along the axis (0 to 2). Then no edge and no cell of the grid begins at
+    /// it.
     fn is_last(&self, at: GridIndex, axis: usize) -> bool {
         at[axis] + 1 == self.size[axis]
     }

@@ -43,8 +43,8 @@ pub fn limb(p: Vec3, (a, ra): (Vec3, f32), (b, rb): (Vec3, f32)) -> f32 {
     (p - a.lerp(b, along)).length() - (ra + (rb - ra) * along)
 }
 
-/// The signed distance from `p` to an axis-aligned box with the centre `middle`, whose edges are rounded with `radius`.
-/// `half` has half the sizes of the box along x, y and z. All lengths are in metres.
+/// The signed distance from `p` to an axis-aligned box with the centre `middle`, whose edges are rounded with `radius`. The
+/// components of `half` are half the lengths of the box along X, Y and Z. All lengths are in metres.
 pub fn cushion(p: Vec3, middle: Vec3, half: Vec3, radius: f32) -> f32 {
     let q = (p - middle).abs() - (half - radius);
     q.max(Vec3::ZERO).length() + q.max_element().min(0.0) - radius

@@ -134,8 +134,9 @@ impl Shape {
         self.normals.extend(other.normals);
     }
 
-    /// Gives a shape without normals the geometric normals of its triangles, because a mesh has normals at all vertices or
-    /// at none.
+    /// Gives a shape without normals the geometric normals of its triangles; a shape with normals is not changed. It is
+    /// called before a shape is joined with another one that has normals, because a mesh has normals at all vertices or at
+    /// none.
     pub(super) fn fill_normals(&mut self) {
         if self.normals.is_empty() {
             let faces = self.positions.chunks_exact(3);

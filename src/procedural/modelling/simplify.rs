@@ -5,9 +5,10 @@ use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// A weighted sum of squared distances from a point p to planes: pᵀAp + 2b·p + c. Each vertex has one for the planes of the
-/// faces around it. Its value at p is the error of moving the vertex to p; the edges with the smallest error are collapsed
-/// first.
+/// A weighted sum of squared distances from a point p to planes, as the quadratic function pᵀAp + 2b·p + c. Each point of
+/// the mesh has a quadric for the planes of the faces around it. The weight of a plane is twice the area of its face in
+/// square metres, times the weight that the caller of [`simplify`] gives to the region. The sum is the error that arises if
+/// the point is moved to p.
 #[derive(Clone, Copy)]
 struct Quadric {
     a: DMat3,
@@ -57,8 +58,8 @@ struct Net<'a> {
     /// For each point, the indices of the faces that have it as a corner; empty for a removed point.
     around: Vec<Vec<usize>>,
     quadrics: Vec<Quadric>,
-    /// For each point, how often it was moved or removed. If a candidate edge holds other numbers than these, its cost is
-    /// outdated, and it is not collapsed.
+    /// For each point, how often it was moved or removed. A [`Candidate`] stores these numbers of its two points when its
+    /// cost is computed. If they have changed since then, the cost is outdated, and the candidate is skipped.
     changes: Vec<u32>,
     candidates: BinaryHeap<Reverse<Candidate>>,
 }
@@ -77,9 +78,9 @@ impl Net<'_> {
         found
     }
 
-    /// The position to which the edge between the points `i` and `j` should be collapsed, and the error of this position.
-    /// The error is the sum of the [`Quadric`]s of both points there: weighted squared distances to planes. The planes are
-    /// those of the original faces around the two points, and around all points that were collapsed into them before.
+    /// The position in metres to which the edge between the points `i` and `j` should be collapsed, and the error at this
+    /// position. The error is the sum of the [`Quadric`]s of both points. It contains the planes of the original faces
+    /// around the two points, and around all points that were collapsed into them before.
     fn target(&self, [i, j]: [usize; 2]) -> (DVec3, f64) {
         let (p, q) = (self.points[i], self.points[j]);
         let sum = self.quadrics[i].plus(self.quadrics[j]);

@@ -16,7 +16,7 @@ const LENGTH: f64 = 16.0;
 pub struct Stage {
     /// The builder of the scene's meshes, materials and instances.
     pub room: Builder,
-    /// The motion of the scene's instances, cameras, lights and emission.
+    /// The motion of the scene's instances, cameras, lights and emission so far. [`Stage::scene`] puts it into the scene.
     pub motion: Motion,
 }
 
@@ -38,8 +38,9 @@ impl Stage {
         scene
     }
 
-    /// Adds a node of the scene's tree of transforms; the node has no animation of its own. `transform` converts from the
-    /// node to the node `parent`, or to the world if `parent` is `None`. Returns the node's index.
+    /// Adds a node of the scene's tree of transforms, without an animation of its own. `transform` converts positions from
+    /// the coordinates of the node to those of the node `parent`, or to world space if `parent` is `None`. Returns the
+    /// node's index.
     pub fn node(&mut self, parent: Option<u32>, transform: DAffine3) -> u32 {
         self.push(parent, Transform::Fixed(transform))
     }

@@ -29,8 +29,8 @@ pub fn tessellate_lights(scene: &mut Scene, pieces: u32) {
     }
 }
 
-/// Divides one triangle of a mesh into `pieces`² triangles, and adds these and their vertices to the mesh. `corners` has the
-/// indices of the vertices of the divided triangle.
+/// Divides each edge of one triangle into `pieces` equal parts, and adds the `pieces`² small triangles and their vertices to
+/// the mesh. `corners` has the indices in the mesh of the three vertices of the divided triangle.
 fn divide(mesh: &mut Mesh, corners: [u32; 3], pieces: u32) {
     let first = mesh.positions.len() as u32;
     for row in 0..=pieces {

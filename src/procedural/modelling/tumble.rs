@@ -27,7 +27,8 @@ pub struct Body {
     /// The balls of the body: their centres relative to the mean of all centres, in the body's coordinates, and their radii
     /// in metres.
     balls: Vec<(Vec3, f32)>,
-    /// The mean of the balls' centres, in the coordinates that were given to [`Self::new`].
+    /// The mean of the balls' centres in metres, in the coordinates that were given to [`Self::new`]. The body rotates
+    /// around this point ([`Self::moved`]).
     middle: Vec3,
     /// The mass of each ball: the volume of the body in cubic metres, divided by the number of its balls. When two balls are
     /// moved apart, the one with less mass moves further.
@@ -59,9 +60,9 @@ impl Body {
         self.at + self.turn * (p - self.middle)
     }
 
-    /// Gives the body the position and rotation that fit `balls` best: the body's own balls in the simulation, which have
-    /// moved independently of each other in this step. Then puts each of them back at its fixed place in the body, so that
-    /// the body stays rigid.
+    /// Gives the body the position and rotation that fit `balls` best. These are the balls of this body in the simulation,
+    /// which have moved independently of each other in this step. Then each ball is put back at its fixed place in the body,
+    /// so that the body stays rigid. A body of one ball only gets a position, and keeps its rotation.
     fn fit(&mut self, balls: &mut [Ball]) {
         let count = balls.len() as f32;
         self.at = balls.iter().map(|b| b.at).sum::<Vec3>() / count;

@@ -5,8 +5,9 @@ use super::shape::Shape;
 use glam::{Vec2, Vec3, vec2};
 use std::f32::consts::TAU;
 
-/// A polyline of (radius, height) points in metres, from which surfaces are swept. The body is on the left side of the
-/// polyline, so that a rising line faces outwards.
+/// A polyline of (radius, height) points in metres, from which surfaces are swept. If the radius is drawn to the right and
+/// the height upwards, the body is on the left side of the polyline as it runs from its first point to its last. So the
+/// surface of a rising line faces outwards, away from the axis.
 #[derive(Clone)]
 pub struct Profile(Vec<Vec2>);
 
@@ -36,9 +37,9 @@ impl Profile {
         self
     }
 
-    /// Adds an arc from the last point to the point `out` along the radius and `up` along the height from it, in metres. The
-    /// arc consists of `steps` straight pieces, and turns by `degrees` in total. It bulges to the right of its direction, or
-    /// to the left if `degrees` is negative.
+    /// Adds an arc from the last point to a new point, which is `out` farther along the radius and `up` farther along the
+    /// height, in metres. The arc consists of `steps` straight pieces, and turns by `degrees` in total. It bulges to the
+    /// right of its direction, or to the left if `degrees` is negative.
     pub fn arc(mut self, out: f32, up: f32, degrees: f32, steps: u32) -> Self {
         let (from, way) = (self.last(), vec2(out, up));
         let half = degrees.to_radians() / 2.0;
@@ -82,9 +83,9 @@ impl Profile {
         self.swept(1, point, |_, _, n| n.extend(0.0))
     }
 
-    /// The surface that arises when the profile is swept around a horizontal rectangle with mitred corners. `half` has half
-    /// the sizes of the rectangle along X and Z in metres. The profile's radius is measured outwards from the rectangle's
-    /// sides.
+    /// The surface that arises when the profile is swept around a horizontal rectangle with mitred corners. `half.x` and
+    /// `half.y` are half the lengths of the rectangle's sides along X and Z, in metres. The centre of the rectangle is on
+    /// the y axis. The profile's radius is measured outwards from the rectangle's sides.
     pub fn framed(&self, half: Vec2) -> Shape {
         let point = |i: u32, p: Vec2| {
             let x = if matches!(i % 4, 0 | 1) { 1.0 } else { -1.0 };

@@ -10,7 +10,7 @@ pub const STOREY: f32 = 3.4;
 
 /// Adds a house with the middle of its foot at `foot`. `size` has its width, height and depth in metres; the height decides
 /// the number of storeys. Each storey has bands of glass between piers. `random` chooses the colours, the objects on the
-/// roof and the windows that emit light, whose fraction of all windows is about `lit`.
+/// roof, and the windows that emit light; these are about the fraction `lit` of all windows.
 pub fn house(model: &mut Model, random: &mut Random, foot: Vec3, size: Vec3, lit: f32) {
     let wall = random.pick(&[
         [0.42, 0.3, 0.23],
@@ -131,8 +131,8 @@ fn roof(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     }
 }
 
-/// Adds a sign, bars of coloured light on a frame, at one edge of a roof. `top` is the middle of the roof, and `size` the
-/// size of the house, in metres.
+/// Adds a sign at one edge of a flat roof; it consists of a frame with bars of coloured light. `top` is the middle of the
+/// roof, and `size` has the width, height and depth of the house, in metres.
 fn sign(model: &mut Model, random: &mut Random, top: Vec3, size: Vec3) {
     let steel = metal("sign frame", Vec3::splat(0.2), 0.5);
     let color = random.pick(&[

@@ -21,8 +21,9 @@ fn slab(half: f32, from: f32, to: f32) -> Shape {
     Shape::block(vec3(-half, from, -half), vec3(half, to, half))
 }
 
-/// A column with `sides` sides; `radius` is that of its shaft at the foot, in metres. Its abacus (the slab on top) reaches
-/// slightly above `height`, into the wall that it carries.
+/// A column with `sides` sides, which stands at the origin. Its abacus (the slab on top) reaches slightly above the height
+/// `height`, so that it can enter the wall that it carries. `radius` is the radius of the shaft at its foot. Both lengths
+/// are in metres.
 pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
     let r = radius;
     let (foot, head) = (0.6 * r, height - 0.55 * r);
@@ -86,8 +87,9 @@ pub fn pier() -> Shape {
         .framed(Vec2::ZERO)
 }
 
-/// The wall above the columns of one bay, around the round part of its arch, with mouldings on both faces. The wall begins
-/// at the height [`SPRING`], where the round part of the arch begins, and ends at the floor of the next storey.
+/// The wall above the columns of one bay, around the round part of its arch, with mouldings on both faces. It begins at the
+/// height [`SPRING`], where the round part of the arch begins, and ends at the floor of the next storey. The origin is on
+/// the floor of the bay, in the middle between its two columns and in the middle plane of the wall.
 pub fn arch() -> Shape {
     let arch = Arch {
         radius: BAY / 2.0 - 0.26,
@@ -120,7 +122,8 @@ pub fn arch() -> Shape {
     both
 }
 
-/// A blind arch: the moulding of an arch on a wall that has no opening and continues behind the moulding.
+/// A blind arch: the moulding of an arch on a wall that has no opening and continues behind the moulding. The face of the
+/// wall is the plane z = 0. The origin is at the foot of the wall, in the middle of the arch.
 pub fn blind_arch() -> Shape {
     let arch = Arch {
         radius: 0.8,

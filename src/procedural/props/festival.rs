@@ -6,9 +6,10 @@ use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A place at one side of a street, where a house or a stall is put. `foot` is the position of the place at the left side,
-/// in metres. If `mirrored` is true, the place is at the right side instead, mirrored at the plane x = 0. In the coordinates
-/// of the place, the origin is its foot, x points from the houses to the middle of the street, and y points up.
+/// A place at one side of a street, where a house or a stall is put. Its own coordinates have their origin at its foot; x
+/// points from the houses to the middle of the street, and y points up. If `mirrored` is false, the place is on the left
+/// side of the street, and `foot` is its foot in metres. If `mirrored` is true, this place is mirrored at the plane x = 0,
+/// to the right side.
 #[derive(Clone, Copy)]
 pub struct Spot {
     pub foot: Vec3,
@@ -54,9 +55,9 @@ impl Festival {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }
 
-    /// Adds a shape that emits `radiance` (linear RGB); its positions are in the street, in metres. Its triangles are
-    /// subtracted from the number of emissive triangles that may still be added. If this number is too small for the whole
-    /// shape and for the pennants, the shape gets a dark material instead, and nothing is subtracted.
+    /// Adds a shape that emits `radiance` (linear RGB); its positions are in the street, in metres. The number of emissive
+    /// triangles that may still be added becomes smaller by the number of its triangles. If then fewer triangles would be
+    /// left than the pennants need, the shape gets a dark material instead, and the number stays as it is.
     pub fn light(&mut self, name: &str, radiance: Vec3, shape: Shape) {
         let triangles = shape.triangle_count() as u64;
         if self.left >= RESERVE + triangles {

@@ -5,8 +5,8 @@ use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, met
 use crate::scene::Material;
 use glam::{DAffine3, DQuat, Vec3};
 
-/// A piece of furniture that is placed as a whole. All its flat shapes become one mesh, which needs no normals. Its smooth
-/// shapes become one mesh for each material.
+/// A piece of furniture that is placed as a whole. All its flat shapes become one mesh without normals, with one part for
+/// each material. Its smooth shapes become one mesh for each material.
 #[derive(Default)]
 pub struct Piece {
     flat: Model,
@@ -25,7 +25,8 @@ impl Piece {
     }
 
     /// Adds the piece to a scene. It stands at the position `at` in metres, rotated by `degrees` around its vertical axis.
-    /// `name` is the name of its instances; to the instances of smooth shapes, the name of the material is added.
+    /// The instance of the flat shapes gets the name `name`. Each mesh of smooth shapes gets an instance of its own, whose
+    /// name is `name`, a colon, and the name of the material.
     pub fn put(self, scene: &mut Builder, name: &str, at: Vec3, degrees: f64) {
         let turn = DQuat::from_rotation_y(degrees.to_radians());
         let transform = DAffine3::from_rotation_translation(turn, at.as_dvec3());
@@ -43,8 +44,8 @@ impl Piece {
     }
 }
 
-/// Four upright legs, at the corners of a rectangle around the origin. `half` has half the sizes of the rectangle along x
-/// and z. All lengths are in metres.
+/// Four upright legs, at the corners of a rectangle around the origin. `half.x` and `half.z` are half the lengths of the
+/// rectangle's sides along X and Z; `half.y` is not used. All lengths are in metres.
 fn legs(half: Vec3, height: f32, thickness: f32) -> Shape {
     let mut legs = Shape::default();
     for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {

@@ -18,11 +18,12 @@ struct Sitter {
     turn: f32,
     /// The tilt of the head towards a shoulder, in radians.
     tilt: f32,
-    /// The number of locks of hair around the head, a whole number.
+    /// The number of locks of hair around the head. It is a whole number, stored as a float because it is a factor in the
+    /// formula of the hair.
     locks: f32,
-    /// The length of the nose divided by its usual length.
+    /// A random factor on the length of the nose, from 0.9 to 1.15.
     nose: f32,
-    /// The width of the jaw divided by its usual width.
+    /// A random factor on the width of the jaw, from 0.94 to 1.06.
     jaw: f32,
     /// The distance from one fold of the cloth to the next, in metres.
     fold: f32,

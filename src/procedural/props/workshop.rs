@@ -108,8 +108,8 @@ fn tin(random: &mut Random, radius: f32, height: f32) -> Model {
     model
 }
 
-/// Five steel shelves above each other, `wide` metres along X, with their backs towards −Z. Each shelf is filled with boxes
-/// and tins, at most `things` of them.
+/// Five steel shelves above each other, `wide` metres along X, with their backs towards −Z. Boxes and tins fill each shelf,
+/// but there are at most `things` on each.
 pub fn shelves(random: &mut Random, wide: f32, things: u32) -> Model {
     let mut model = Model::default();
     let steel = metal("shelf", vec3(0.2, 0.24, 0.27), 0.45);

@@ -55,8 +55,8 @@ const CEILING: f32 = 4.6;
 const TOP: f32 = 2.0 * STOREY + 0.75;
 
 /// One side of the court, and the number `bays` of its arches. The parts of an arcade are made at the origin with their
-/// front towards +Z. Rotated by `turn` degrees around +Y and moved by `middle`, they stand on this side and face the middle
-/// of the court.
+/// front towards +Z. They are rotated by `turn` degrees around +Y, and then moved by `middle` in metres, the middle of the
+/// side on the lower floor. They then stand on this side and face the middle of the court.
 struct Side {
     turn: f32,
     middle: Vec3,
@@ -102,9 +102,9 @@ impl Side {
     }
 }
 
-/// A horizontal ring at the height `y`, between an inner and an outer rectangle around the y axis, which is a floor or a
-/// ceiling of the galleries. Both rectangles are given by half their sizes along X and Z. The ring faces up if `up` is true,
-/// and down if it is false.
+/// A horizontal ring at the height `y`, between an inner and an outer rectangle around the y axis. It is a floor or a
+/// ceiling of the galleries. `inner` and `outer` have half the lengths of the sides of these rectangles along X and Z, in
+/// metres. The ring faces up if `up` is true, and down if it is false.
 fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     let corners = |half: Vec2| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
@@ -124,8 +124,8 @@ fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     ring
 }
 
-/// Adds a floor of pale, dark and red marble tiles, with gaps between the tiles. `half` has half the sizes of the floor
-/// along X and Z.
+/// Adds a floor of pale, dark and red marble tiles at the height 0, with gaps between the tiles. `half.x` and `half.y` are
+/// half the lengths of the floor along X and Z, in metres; its centre is at the origin.
 fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
     let ground = Material::lambert("joints", Vec3::splat(0.06));
     let (corner, size) = (vec3(-half.x, -0.012, -half.y), half * 2.0);
@@ -168,8 +168,9 @@ fn floor(model: &mut Model, random: &mut Random, half: Vec2) {
 }
 
 /// Adds the parts of the building around the court: the outer walls, the ceilings, the upper floor, the cornices and the
-/// beams. `half` has half the sizes of the court along X and Z in metres, measured to the middle planes of the arcades.
-/// `sides` are the four sides of the court: from each of their columns, a beam goes to the outer wall.
+/// beams. `half.x` and `half.y` are half the lengths of the court along X and Z in metres, measured to the middle planes of
+/// the arcades. `sides` are the four sides of the court. In both storeys, a beam goes from each column of a side to the
+/// outer wall.
 fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
     let outer = half + GALLERY;
     let fresco = Material::lambert("gallery wall", vec3(0.5, 0.3, 0.17));
@@ -241,8 +242,9 @@ fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
     }
 }
 
-/// Adds the columns, piers, arches and balustrades of both storeys. `half` has half the sizes of the court along X and Z.
-/// `detail` is the number of sides of a column, and twice that of a baluster.
+/// Adds the columns, piers, arches and balustrades of both storeys. `half.x` and `half.y` are half the lengths of the court
+/// along X and Z in metres, measured to the middle planes of the arcades. A column has `detail` sides, and a baluster has
+/// half as many.
 fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     let marble = dielectric("column", vec3(0.68, 0.65, 0.6), 0.3);
     let stone = dielectric("arcade", vec3(0.66, 0.59, 0.48), 0.5);
@@ -286,9 +288,10 @@ fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     }
 }
 
-/// Adds a lamp that emits the radiance `light` (linear RGB). It hangs at the height `y[0]` from a ceiling at the height
-/// `y[1]`, in metres. Seen from above, it is on the line from `eye` through `behind`, `beyond` times as far from `eye` as
-/// `behind` is. An object that the caller adds at `behind` hides the lamp from `eye`.
+/// Adds a lamp that emits the radiance `light` (linear RGB). Its centre is at the height `y[0]`, and it hangs from a ceiling
+/// at the height `y[1]`, in metres. Seen from above, it is on the line from `eye` through `behind`, `beyond` times as far
+/// from `eye` as `behind` is; both are positions in metres. An object that the caller adds at `behind` hides the lamp from
+/// `eye`.
 fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
     let [y, ceiling] = y;
     let to = (eye + (behind - eye) * beyond).with_y(y);

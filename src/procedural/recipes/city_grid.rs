@@ -162,9 +162,9 @@ fn turned(at: Vec3, degrees: f64, size: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(DVec3::splat(size), turn, at.as_dvec3())
 }
 
-/// Adds one city block around `middle`, its centre at the height of the road in metres: a pavement with lamps and trees at
-/// its edges, and on it houses or a park, as `random` chooses. `lit` is the fraction of the houses' windows that emit light.
-/// Lamps and trees become instances of the meshes in `stock`, and all else becomes a part of `model`.
+/// Adds one city block: a pavement with lamps and trees at its edges, and on it houses or a park, as `random` chooses.
+/// `middle` is the centre of the block at the height of the road, in metres. `lit` is the fraction of the houses' windows
+/// that emit light. Lamps and trees become instances of the meshes in `stock`, and all else becomes a part of `model`.
 fn block(
     scene: &mut Builder,
     model: &mut Model,

@@ -48,10 +48,10 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 const HALF: f32 = 2.0;
 /// The height of the ceiling above the floor, in metres.
 const HIGH: f32 = 2.4;
-/// Half the thickness of the partition at x = 0, which divides the room, in metres.
+/// Half the thickness, in metres, of the partition that divides the room. Its faces are at x = ±`THIN`.
 const THIN: f32 = 0.02;
-/// The z coordinate at which the partition ends if the parameter `wall` is `short`, in metres. With `whole`, the partition
-/// ends at the front wall, z = `HALF`.
+/// The z coordinate, in metres, at which the partition ends with `wall=short`. With `wall=whole`, the partition ends at the
+/// front wall, z = `HALF`.
 const END: f32 = 0.4;
 /// The distance from the ceiling down to the lamps, dim and bright, in metres.
 const BELOW: f32 = 0.02;

@@ -39,7 +39,8 @@ const START: f32 = 14.0;
 
 /// A rectangle that is parallel to the fronts of the buildings and faces the street, for windows and other flat parts.
 /// `side` is −1 for the buildings on the left and 1 for those on the right. `out` is the distance of the rectangle from the
-/// fronts, `z` and `y` are its lowest coordinates, and `width` is its size along z, all in metres.
+/// fronts, towards the street. `z` and `y` are the smallest z and y coordinates of the rectangle, `width` is its size along
+/// z and `height` its size along y, all in metres.
 fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Shape {
     let corner = Vec3::new(side * (FRONT - out), y, z);
     let (along, up) = (Vec3::Z * width, Vec3::Y * height);

@@ -28,7 +28,8 @@ pub const SLACK: Slack = Slack {
 struct Value {
     name: &'static str,
     of: fn(&Pipeline) -> Option<f64>,
-    /// Returns the largest value that does not count as worse. Its argument is the stored value, in the same unit.
+    /// Returns the largest value of a new pipeline that does not count as worse. The argument is the value of the stored
+    /// pipeline, in the same unit as the result.
     limit: fn(f64) -> f64,
 }
 
@@ -130,9 +131,10 @@ pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
     compared
 }
 
-/// An upper limit for the number of uses (a scene with a configuration) that two pipelines have in common: the number of
-/// their common scenes times the number of their common configurations. [`compare`] selects the counterpart of a pipeline by
-/// it. The exact number is not known, because a pipeline lists scenes and configurations separately.
+/// The largest possible number of uses that two pipelines have in common: the number of their common scenes times the number
+/// of their common configurations. A use is a scene with a configuration (named settings). [`compare`] takes the stored
+/// pipeline with the largest value as the counterpart of a pipeline. The exact number is not known, because a pipeline lists
+/// scenes and configurations separately.
 fn common_uses(a: &Pipeline, b: &Pipeline) -> usize {
     let common = |a: &[String], b: &[String]| a.iter().filter(|name| b.contains(name)).count();
     common(&a.scenes, &b.scenes) * common(&a.settings, &b.settings)

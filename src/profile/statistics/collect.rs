@@ -36,8 +36,8 @@ const BOUNCES: u32 = 5;
 pub struct Compiler {
     device: Arc<Device>,
     /// The number of subgroups of the shader [`EMPTY`] that a SIMD unit holds (`waves`), divided by the number of
-    /// invocations in such a subgroup. This times the subgroup size of another pass is the largest possible `waves` of that
-    /// pass. `None` if the driver does not report `waves`.
+    /// invocations in such a subgroup. If it is multiplied by the subgroup size of another pass, the product is the largest
+    /// possible `waves` of that pass. `None` if the driver does not report `waves`.
     waves_per_invocation: Option<f64>,
     /// The pipelines made so far, each with the hash of its SPIR-V. If another scene or configuration (named settings) uses
     /// the same pipeline, it is recognised by this hash, its pass and its tracer, and is not listed a second time.
@@ -136,9 +136,10 @@ impl Compiler {
         Ok(())
     }
 
-    /// Makes all pipelines of a scene for one view and one set of settings. To this end, it records two frames, the first
-    /// without history and the second with it, and the passes that read results, such as AOVs. Recording a pass waits until
-    /// its pipeline is compiled.
+    /// Makes all pipelines with which `scene` is rendered, for one camera and picture size (`view`) and one set of settings.
+    /// For this purpose, it records two frames (the first has no previous frame that it could reuse, the second has one),
+    /// and the passes that read results, such as AOVs. When a pass is recorded, the caller waits until its pipeline is
+    /// compiled.
     fn compile(&self, scene: &Arc<GpuScene>, view: &View, settings: &Settings) -> Result<()> {
         let device = &self.device;
         let mut renderer = Renderer::new(device, scene.clone(), view, settings)?;

@@ -8,8 +8,8 @@ use crate::render::presets::Preset;
 /// passes of every scene with each configuration, because the settings decide which passes there are and what their code is.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration {
-    /// Name of the configuration in tables and files. A configuration that changes no setting of its preset has the name of
-    /// the preset.
+    /// Name of the configuration (a set of settings) in tables and files of `headwater statistics`. A configuration that
+    /// changes no setting of its preset has the name of the preset.
     pub name: &'static str,
     preset: &'static str,
     changes: &'static [&'static str],

@@ -55,10 +55,10 @@ pub trait Integrator {
         sums: &mut Accumulator,
     ) -> Result<Vec<PassTime>>;
 
-    /// Renders the frame with the index `index` to the same buffer as [`Self::render`], but does not wait for the device if
-    /// the integrator can avoid it, so that the device has no gaps between frames. It then returns `None`, and
-    /// [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times of the passes. If the integrator
-    /// waits, this method returns the times.
+    /// Renders the frame with the index `index` to the same buffer as [`Self::render`]. If the integrator can avoid it, this
+    /// method does not wait for the device, so that the device has no gaps between frames. In this case, it returns `None`,
+    /// and [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times of the passes. If the
+    /// integrator waits, this method returns the times.
     fn submit(
         &mut self,
         index: u32,
@@ -68,9 +68,9 @@ pub trait Integrator {
         self.render(index, camera, sums).map(Some)
     }
 
-    /// The buffer with the radiance of the last frame: three 32-bit floats (RGB) per pixel, row by row from the top. Its
-    /// unit of radiance is that in which the scene is stored on the device. `None` for path tracing, which writes only sums
-    /// of radiance.
+    /// The buffer with the radiance of the last frame: three 32-bit floats (RGB) per pixel, row by row from the top, in the
+    /// device's unit of radiance (the scene's unit times a power of two). `None` for path tracing, which writes only sums of
+    /// radiance.
     fn color(&self) -> Option<&Buffer>;
 
     /// Sets the seed of the next frames, and forgets all earlier frames: the next frame reuses nothing, and all counters are
@@ -82,8 +82,8 @@ pub trait Integrator {
     fn counters(&mut self) -> &mut Counters;
 
     /// The size in bytes of the buffers with data of pixels, path vertices and light samplers, which the integrator keeps
-    /// besides the scene and the sums of radiance. Users compare the memory of settings by it. 0 for path tracing, which has
-    /// no such buffers.
+    /// besides the scene and the sums of radiance. Users see it, to compare how much memory different settings need. 0 for
+    /// path tracing, which has no such buffers.
     fn bytes(&self) -> u64;
 
     /// The contents of the reservoirs of direct or of indirect light (`lighting`) after the last frame, for debug AOVs:

@@ -1,6 +1,7 @@
 //! Light samplers (methods that draw lights for candidates) that have buffers or passes: light lists and the hash grid. The
-//! settings, passes and buffers of each are in a folder here, and its shaders in a folder of `glsl/lights/samplers`. A pixel
-//! draws its candidates of direct light in `glsl/lights/samplers/pixel_samples.glsl`, with any light sampler.
+//! settings, passes and buffers of each sampler are in a folder here, and its shaders in a folder of `glsl/lights/samplers`.
+//! With every sampler, pixels draw their candidates of direct light by the functions of
+//! `glsl/lights/samplers/pixel_samples.glsl`.
 
 pub mod hash_grid;
 pub mod light_bvh;
@@ -19,15 +20,17 @@ use std::sync::Arc;
 /// A light sampler that has buffers: pixels draw their light candidates of direct light with the help of these buffers. The
 /// sampler also has the passes that fill the buffers, and the numbers that shaders need to read them.
 pub trait LightSampler {
-    /// The buffers of the sampler, each with the name of its binding in the shaders.
+    /// The buffers that pixels read to draw candidates of direct light (the light lists, or the points, slots and reservoirs
+    /// of the hash grid), each with the name of its binding in the shaders.
     fn buffers(&self) -> Vec<(&'static str, &Buffer)>;
 
     /// Writes to `constants` the numbers that shaders need to read the buffers, such as the size of a cell. By default, it
     /// writes nothing, for samplers that need no such numbers.
     fn set_constants(&self, _constants: &mut RestirConstants) {}
 
-    /// Records the passes that fill the buffers for this frame. It records nothing if the buffers stay as they are. `restir`
-    /// is the buffer with the constants of direct light, which these passes bind.
+    /// Records the passes that fill the buffers of the sampler. It records nothing in a frame that does not use the buffers,
+    /// or that uses their contents from an earlier frame. `restir` is the buffer with the constants of direct light, which
+    /// these passes bind.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.

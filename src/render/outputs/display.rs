@@ -21,7 +21,8 @@ crate::bindings! {
 pub struct Display {
     device: Arc<Device>,
     pass: ComputePass,
-    /// The picture: one 32-bit word per pixel with 8 bits per sRGB channel, row by row from the top.
+    /// The picture: one 32-bit word per pixel with 8 bits per sRGB channel, row by row from the top. [`Self::map`] writes
+    /// it; an argument decides whether red or blue is in the least significant byte.
     pub pixels: Buffer,
 }
 

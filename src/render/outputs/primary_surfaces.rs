@@ -22,8 +22,8 @@ crate::bindings! {
 }
 
 /// The pass `primary`, which traces one ray through the centre of each pixel, and finds the depth, normal, albedo, instance
-/// and motion of the surface there. The option `--aov` writes them to files, for example for denoisers. The pass runs only
-/// when they are read, and has no effect on the picture.
+/// and motion of the surface there. The option `--aov` writes these values to files, for example for denoisers. The pass
+/// runs only when a caller reads the values, and has no effect on the picture.
 pub struct PrimarySurfaces {
     device: Arc<Device>,
     bindings: Arc<SceneBindings>,

@@ -44,8 +44,9 @@ pub enum Integrator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energy {
-    /// The energy stays lost, as in the plain model of glTF, so that pictures can be compared with those of other renderers.
-    /// Rough metals are too dark, and light-coloured dielectrics are too bright at grazing angles.
+    /// The specular lobe loses energy at rough surfaces, as in the plain model of glTF, so that pictures can be compared
+    /// with those of other renderers. Rough metals are too dark, and light-coloured dielectrics are too bright at grazing
+    /// angles.
     #[default]
     Gltf,
     /// The specular lobe is scaled so that it loses no energy, and the diffuse lobe gets the energy that remains: a surface

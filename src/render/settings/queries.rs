@@ -83,8 +83,8 @@ impl Settings {
     }
 
     /// The options with which the light BVH (a tree of lights) is built; `None` if no candidates are drawn from it. Rare
-    /// lights (the dimmest ones) are not in the tree if direct and indirect light, as far as they draw from it, have
-    /// separate candidates for rare lights. `bounces` is the maximum number of scattering events of a path.
+    /// lights (the dimmest ones) are left out of the tree if each kind of light (direct or indirect) that draws from the
+    /// tree has separate candidates for rare lights. `bounces` is the maximum number of scattering events of a path.
     pub fn light_bvh_options(&self, bounces: u32) -> Option<LightBvhOptions> {
         let settings = &self.light_bvh;
         self.has_candidates(Candidates::LightBvh, bounces)

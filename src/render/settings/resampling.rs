@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub enum Candidates {
     /// The scene decides: `light-bvh` if it has at least 64 lights and they form more than one emitter group, otherwise
     /// `power`. Emissive triangles with common corners form one group, and each other light is a group of its own.
-    /// Infinitely distant lights do not count, nor do rare lights (the dimmest ones) if they have separate candidates.
+    /// Infinitely distant lights do not count. Rare lights (the dimmest ones) do not count either if they have separate
+    /// candidates.
     #[default]
     Auto,
     /// All lights of the scene have the same probability.
@@ -19,10 +20,10 @@ pub enum Candidates {
     /// Nine of ten draws select a light in proportion to its power (area × luminance for a triangle). One of ten draws
     /// selects each light with the same probability.
     Power,
-    /// Most candidates are drawn from a tree of lights, among the lights that a walk finds at the shading point, with the
-    /// probabilities of `light_bvh.choice`. The others are drawn among all lights, with the probabilities of
-    /// `light_bvh.rest`. For indirect light, the second vertices of paths draw from the tree, and later vertices draw all
-    /// candidates among all lights.
+    /// Most candidates are drawn from the light BVH, a tree of lights, with probabilities that depend on the shading point
+    /// (`light_bvh.choice` and `light_bvh.far`). The others are drawn among all lights, with the probabilities of
+    /// `light_bvh.rest`. For indirect light, the second vertices of paths draw from the tree in this way, and later vertices
+    /// draw all candidates among all lights.
     LightBvh,
     /// Lights are drawn by power, and the pixel selects one sample. It then merges this sample with reservoirs of a hash
     /// grid, which stores reservoirs in cells of space. For indirect light, `hash-grid` means `power`.
@@ -103,9 +104,9 @@ pub struct Spatial {
     pub neighbours: u32,
     /// Maximum number of neighbours that a pixel merges in the first pass if its surface has no history. This is so in the
     /// first frame, on surfaces that the previous frame did not show, and everywhere with `temporal.confidence_cap=0`. If
-    /// `neighbours` is larger, it is used instead. No effect unless `reuse=spatiotemporal`, and none with `mis=balance`.
-    /// Higher: less noise on these surfaces. Cost: as for `neighbours`, in all pixels of the first frame and few pixels of
-    /// later frames. Unbiased at any value.
+    /// `neighbours` is larger, the maximum is `neighbours` here too. No effect unless `reuse=spatiotemporal`, and none with
+    /// `mis=balance`. Higher: less noise on these surfaces. Cost: as for `neighbours`, in all pixels of the first frame and
+    /// few pixels of later frames. Unbiased at any value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours_without_history: u32,
     /// Radius of the disc around a pixel in which its neighbours are drawn; half of them are drawn within a quarter of the
@@ -188,16 +189,16 @@ pub struct Resampling {
     #[schemars(range(min = 0.0, max = 0.95))]
     pub rare_lights: f32,
     /// The reservoirs that a pixel merges with its initial reservoir: that of the previous frame, those of neighbours, both,
-    /// or none. Unbiased at any value. For indirect light in motion, only paths that reach a light directly from their
-    /// second vertex are reused over time.
+    /// or none. Unbiased at any value. If anything besides the camera moves, paths of indirect light are reused from the
+    /// previous frame only if they reach a light directly from their second vertex.
     pub reuse: ReuseMode,
     /// The MIS weights of samples in a merge of reservoirs. `constant` is cheapest, but biased; the others are unbiased.
     /// `pairwise` and `defensive` cost time in proportion to the number of neighbours. `balance` has the least noise, but
     /// its cost grows with the square of this number.
     pub mis: Mis,
-    /// The step of resampling at which shadow rays test whether samples are visible. `initial` and `none` are biased.
-    /// Candidates of indirect light are traced paths, which never reach hidden surfaces: for them only `weights` is
-    /// unbiased.
+    /// The step of resampling at which shadow rays test whether samples are visible. For direct light, `weights` and `final`
+    /// are unbiased; `initial` and `none` are biased. For indirect light, only `weights` is unbiased, and `final` means the
+    /// same as `initial`, because its candidates are traced paths, whose visibility is already tested.
     pub visibility: Visibility,
     /// Settings of temporal reuse: the merge with the reservoir of the previous frame.
     pub temporal: Temporal,
@@ -214,8 +215,9 @@ impl Resampling {
         self.rare_lights > 0.0 && self.visibility == Visibility::Weights
     }
 
-    /// The maximum number of neighbours that a pixel merges in one spatial pass, with or without a reservoir of the previous
-    /// frame. It is a specialisation constant of the shaders, because it decides the size of their arrays.
+    /// The maximum number of neighbours that a pixel merges in any spatial pass: the larger of `neighbours` and
+    /// `neighbours_without_history` if the latter has an effect, otherwise `neighbours`. It is a specialisation constant of
+    /// the shaders, because it decides the size of their arrays.
     pub fn most_neighbours(&self) -> u32 {
         let Spatial {
             neighbours,

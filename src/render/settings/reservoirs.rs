@@ -49,7 +49,7 @@ pub enum Order {
 }
 
 impl Default for Order {
-    /// Tiles of 4 × 4 pixels, so that pixels that are close in the picture are also close in memory.
+    /// The default order: tiles of 4 × 4 pixels, so that pixels that are close in the picture are also close in memory.
     fn default() -> Self {
         Self::Swizzle(4)
     }

@@ -47,8 +47,9 @@ pub struct WorldSize {
 }
 
 impl WorldSize {
-    /// Computes the size for paths with at most `bounces` scattering events. `slots` is the number of pixels, padded to
-    /// whole tiles. If `is_used` is false, there are no world reservoirs, and `bounces` has no effect.
+    /// Computes the number of world reservoirs and the size of their table, for paths with at most `bounces` scattering
+    /// events. `slots` is the number of pixels, padded to whole tiles. If `is_used` is false, there are no world reservoirs,
+    /// and `bounces` has no effect.
     pub fn new(
         settings: &WorldReservoirsSettings,
         is_used: bool,

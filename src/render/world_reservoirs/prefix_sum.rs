@@ -14,9 +14,9 @@ crate::bindings! {
     }
 }
 
-/// The two passes of a prefix sum over a fixed number of values, and the levels on which they run: the values, the sums of
-/// blocks of values, and so on. The table of world reservoirs uses it to compute from the lengths of lists the indices at
-/// which the lists begin.
+/// A prefix sum on the device: each of a fixed number of values is replaced by the sum of the values before it. It has two
+/// passes, and the levels on which the passes run: the values, the sums of blocks of values, and so on. The table of world
+/// reservoirs uses it to turn the lengths of its lists into the indices at which the lists begin.
 pub struct PrefixSum {
     sum: ComputePass,
     add: ComputePass,
@@ -43,8 +43,8 @@ impl PrefixSum {
         })
     }
 
-    /// The number of 32-bit words that the buffer must have, from the first value on, for a prefix sum of `count` values.
-    /// The words are the values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
+    /// The size, in 32-bit words, of the part of a buffer that a prefix sum of `count` values uses. This part contains the
+    /// values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
         // The sum of the last block is written too.

@@ -25,10 +25,10 @@ pub enum WorldStores {
     /// The sample that a matte white surface at the vertex would select from the vertex's own light candidates, as published
     /// (Boissé 2021). So no sample is passed on over several frames.
     Initial,
-    /// The sample that the vertex selected in its merge, so that samples are passed on from frame to frame. A later merge
-    /// computes MIS weights as if a matte white surface at the vertex had selected the sample. Metal and surfaces with
-    /// interpolated normals cannot select all light that such a surface reflects. Vertices on them therefore store the
-    /// sample of `initial`, since the merge would otherwise be biased.
+    /// The vertex stores the sample that it selected in its merge, so samples are passed on from frame to frame. Later
+    /// merges compute MIS weights as if a matte white surface at the vertex had selected the sample. This would cause bias
+    /// at metal and at surfaces with interpolated normals, because they cannot select every sample that a matte white
+    /// surface can. Vertices on these surfaces therefore store the sample of `initial`.
     #[default]
     Merged,
 }
@@ -43,14 +43,15 @@ pub struct WorldReservoirsSettings {
     pub mode: WorldMode,
     /// The light sample that a vertex stores for vertices of the next frame. No effect on bias.
     pub stores: WorldStores,
-    /// Side of a cell of space, as the number of pixels that it spans in the picture. In the scene, the side is rounded at
-    /// random to the next lower or higher power of two (in the device's unit of length), so that cells stay in place while
-    /// the camera moves. Higher: a vertex can choose from more reservoirs, which fit it less well. Unbiased at any value.
+    /// Side of a cell of space, as the number of pixels that it spans in the picture. The length of the side in the scene is
+    /// a power of two (in the device's unit of length), so that cells stay in place while the camera moves; the next lower
+    /// or the next higher power is chosen at random. Higher: a vertex can choose from more reservoirs, but their vertices
+    /// are farther away from it, so their samples fit it less well. Unbiased at any value.
     #[schemars(range(min = 1, max = 4096))]
     pub cell: u32,
-    /// Number of bins of normals along each side of the octahedral map: 8 means 64 bins. A vertex merges only reservoirs in
-    /// the bin of its own normal; 1: normals do not matter. Higher: reservoirs that fit better, but fewer of them. Unbiased
-    /// at any value.
+    /// Number of bins along each side of the octahedral map of normals (the unit sphere, unfolded to a square): 8 means 64
+    /// bins. A vertex merges only reservoirs in the bin of its own normal; 1: normals do not matter. Higher: reservoirs that
+    /// fit better, but fewer of them. Unbiased at any value.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
     /// Width of the range on the surface around a vertex in which a random point is picked; the vertex merges reservoirs of
@@ -72,11 +73,10 @@ pub struct WorldReservoirsSettings {
     /// slot are not used, so there is more noise. Unbiased at any value.
     #[schemars(range(min = 1e-9, max = 1000.0))]
     pub table: f64,
-    /// Minimum number of lights for world reservoirs. They are switched off in scenes with fewer lights, because there the
-    /// light candidates of a vertex find the lights that matter without them. Infinitely distant lights do not count, nor do
-    /// rare lights (the dimmest ones) if they have separate candidates. World reservoirs are also switched off if all lights
-    /// are triangles of a single emitter group (triangles with common corners form one group). 0: every scene has world
-    /// reservoirs.
+    /// Minimum number of lights for world reservoirs. In scenes with fewer lights they are switched off, because there the
+    /// light candidates of a vertex already give little noise. They are also switched off if all lights are triangles of a
+    /// single emitter group (triangles with common corners form one group). Infinitely distant lights do not count. Rare
+    /// lights (the dimmest ones) do not count either if they have separate candidates. 0: every scene has world reservoirs.
     #[schemars(range(min = 0, max = 1000000000))]
     pub min_lights: u32,
     /// Maximum number of vertices of each path that store and merge world reservoirs, counted from the second vertex on.

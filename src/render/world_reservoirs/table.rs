@@ -119,8 +119,9 @@ pub struct WorldTable {
     /// the cell plus 1, or by 0 if the table has no slot for the cell.
     pub keys: Buffer,
     /// The cells in the table, in 32-bit words. The first part has one word per slot: the key of its cell, or 0 if the slot
-    /// is free. The second part has one word per slot, and one more: the index in `list` at which the list of the slot's
-    /// cell begins, and the list before it ends. The prefix sum uses the rest of the buffer.
+    /// is free. The second part has one word per slot: the index in `list` at which the list of the slot's cell begins. This
+    /// list ends where the list of the next slot begins, so one more word follows for the end of the last list. The prefix
+    /// sum uses the rest of the buffer.
     pub cells: Buffer,
     /// The lists of all cells, one after the other, from which vertices of the next frame pick. An entry is the index of a
     /// vertex plus 1 in the lower `WORLD_VERTEX_BITS` bits, with random bits above; 0 is an entry without a vertex. If two
@@ -176,8 +177,9 @@ impl WorldTable {
         [&self.keys, &self.cells, &self.list]
     }
 
-    /// Records that all keys are set to 0, so that vertices which no path reaches have no cell. It must be recorded before
-    /// the pass that traces paths and writes the keys of their vertices.
+    /// Records the command that sets the keys of all vertices to 0, so that vertices which no path reaches belong to no
+    /// cell. It must be recorded before the pass that traces paths and writes the keys of their vertices. Without world
+    /// reservoirs, nothing is recorded.
     pub fn begin<'a>(&'a self, recording: &mut Recording<'a>) {
         if self.is_used() {
             recording.clear(&self.keys);

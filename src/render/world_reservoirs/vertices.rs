@@ -7,7 +7,8 @@ use crate::shader_interface::WorldAddresses;
 
 /// The world reservoirs of one frame, which vertices of the next frame merge. There is one per path vertex: first those of
 /// the second vertices of all paths, in the order in which pixels are stored (`reservoirs.order`), then those of the third
-/// vertices, and so on. Points and samples are in separate buffers, because a device may be unable to bind both together.
+/// vertices, and so on. Points and samples are in separate buffers, because one buffer with both could be larger than the
+/// part of a buffer that a device can bind.
 pub struct WorldVertices {
     /// The position and the normal of each vertex, as an array of `GpuGridPoint`, in the device's world space and unit of
     /// length. A merge evaluates light samples at these points to compute MIS weights.

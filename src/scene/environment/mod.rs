@@ -97,9 +97,10 @@ impl Environment {
         means
     }
 
-    /// Two integrals over the sphere, both with the intensity: first of the luminance, then of the squared luminance. The
-    /// first one, in radiance × sr, decides the environment's power as a light. The second one divided by the first one is
-    /// the mean luminance of light samples that are drawn in proportion to luminance.
+    /// Two integrals over the sphere of directions: of the environment's luminance, in radiance × sr, and of the square of
+    /// this luminance, in radiance² × sr. Both include [`Self::intensity`]. The first one decides the environment's power as
+    /// a light. The second one divided by the first one is the mean luminance of light samples that are drawn in proportion
+    /// to luminance.
     pub fn integrals(&self) -> (f64, f64) {
         let (mut integral, mut squares) = (0.0, 0.0);
         for (index, mean) in self.means().into_iter().enumerate() {

@@ -59,7 +59,8 @@ struct Candidate {
     at: DVec3,
     /// The distance in scene units below which a surface is too close to the light: [`COARSE_LIGHT`] × `away`.
     reach: f64,
-    /// The distance from the light to the camera, in scene units.
+    /// The distance from the light to the camera, in scene units. The light's [`CloseLight::height`] above a surface is the
+    /// distance from the light to the surface, divided by `away`.
     away: f64,
     /// The diagonal of the emitter's bounding box in scene units; 0 for a punctual light. The light is reported as too close
     /// to a surface only if this size is at most [`SMALL`] times the distance from the light to the surface.
@@ -137,8 +138,9 @@ struct List {
 }
 
 impl List {
-    /// The lights of the list that may be too close to a surface in the box `bounds`. Along every axis, the distance between
-    /// such a light and the box is at most the light's reach. [`closest`] then compares only these lights with the surface.
+    /// The lights of this [`List`] that may be too close to a surface in the box `bounds`. Along every axis, the distance
+    /// between such a light and the box is at most the light's reach. [`closest`] then compares only these lights with the
+    /// surface.
     fn near(&self, bounds: &Bounds) -> impl Iterator<Item = &Candidate> {
         let (low, high) = (bounds.min[self.axis], bounds.max[self.axis]);
         let first = (self.candidates).partition_point(|c| c.at[self.axis] < low - self.reach);

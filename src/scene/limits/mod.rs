@@ -13,9 +13,8 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// A scene's size, distance from the origin, radiance or contrast is near its limit if it differs from the limit by less
-/// than this factor. `headwater scene inspect` reports a quantity that is near its limit, although the scene is still within
-/// the limit.
+/// A scene's size, distance from the origin, radiance or contrast is near its limit if it is within the limit but differs
+/// from it by less than this factor. `headwater scene inspect` reports such a quantity.
 const NEAR: f64 = 1e3;
 
 /// The largest ratio of the power of one emitter to the power of another for which tests check pictures. Above it, the light
@@ -48,8 +47,8 @@ pub struct Limit {
 
 impl Scene {
     /// The limits that this scene, which must be valid, approaches or exceeds; empty if there are none. `eyes` are the
-    /// positions of the cameras in world space. Emission counts with its largest value at any time; the positions of
-    /// instances and lights are the present ones.
+    /// positions of the cameras in world space. Animated emission counts with its largest value at any time. Instances and
+    /// lights count at the positions that the fields of the scene state, without their motion.
     pub fn limits(&self, eyes: &[DVec3]) -> Vec<Limit> {
         let (triangles, materials) = (light_triangles(self), self.brightest_materials());
         let mut found = self.size_and_distance();
@@ -445,7 +444,8 @@ mod tests {
         assert!(found[0].text.contains("800 pairs"), "{found:?}");
     }
 
-    /// The message always names the same pair of instances, even where the search ends before it has found all pairs.
+    /// The message about overlapping emissive triangles names the same pair of instances each time it is computed. Here more
+    /// pairs overlap than the search finds before it ends at its maximum number of pairs.
     #[test]
     fn overlaps_in_several_planes_are_named_in_one_order() {
         let mut scene = floor();

@@ -7,18 +7,19 @@ use super::super::{Bounds, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The size of the cells into which unit normals are sorted, in each component. Two planes count as parallel if their
-/// normals are in the same cell, and so differ by less than this.
+/// The length of the sides of the cells into which the unit normals of emissive triangles are sorted; it has no unit. Two
+/// planes count as parallel if their normals are in the same cell. Each component of the two normals then differs by less
+/// than this.
 const PARALLEL: f64 = 1e-5;
 
-/// The size of the cells into which parallel planes are sorted by their distance from the origin, divided by the largest
-/// coordinate of all emissive triangles. Parallel planes in the same cell count as the same plane. Rounding to f32 moves
-/// planes by about a tenth of this size.
+/// The length of the cells into which the distances of parallel planes from the origin are sorted, as a fraction of the
+/// largest absolute coordinate of all emissive triangles. Parallel planes whose distances are in the same cell count as the
+/// same plane. Rounding to f32 moves planes by about a tenth of a cell.
 const SAME_PLANE: f64 = 1e-6;
 
-/// The offsets of four grids, as fractions of a cell. In each grid, a cell contains planes with nearly the same normal and
-/// distance from the origin, and triangles whose planes share a cell are compared. Rounding can put two equal planes into
-/// different cells of one grid, but they nearly always share a cell of another grid.
+/// The offsets of four grids, as fractions of a cell. The triangles of all planes in one cell, which have nearly the same
+/// normal and distance from the origin, are compared with each other. Rounding can put two equal planes into different cells
+/// of one grid, but they nearly always share a cell of another grid.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
 /// The number of overlapping pairs of triangles at which the search ends; the message then says that there may be more.
@@ -123,7 +124,7 @@ struct Member {
 
 /// Divides the emissive triangles of one plane into parallel strips. Only triangles of one strip are compared with each
 /// other, which saves time for an emitter of many triangles. `members` are indices into `boxes`, the bounding boxes of all
-/// emissive triangles. Returns each strip with the index (0 is x) of the axis along which the strips run, which is the axis
+/// emissive triangles. Returns each strip with the axis (0 is x) that is parallel to the strip's length; it is the axis
 /// along which the triangles extend farthest.
 fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Member>, usize)> {
     let around = Bounds::around(members.iter().map(|light| boxes[*light]));

@@ -60,8 +60,8 @@ pub struct AnimatedTransform {
     pub scale: Animated<DVec3>,
 }
 
-/// The emission of a material by time: the product of a colour and a strength, each of which can have keyframes. The
-/// emission in each frame is computed from it.
+/// The emission of a material as a function of time: the product of a colour and a strength, each of which can have
+/// keyframes. The emission in each frame is computed from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
     /// Index into [`crate::scene::Scene::materials`]: the material that emits.

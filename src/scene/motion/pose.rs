@@ -16,10 +16,10 @@ pub struct Pose {
     /// space.
     pub instances: Vec<(u32, DAffine3)>,
     /// The moving cameras: the index in [`Scene::cameras`], in ascending order, and the transform of the camera's node to
-    /// world space. It may include scale, which is removed before it becomes a camera's transform.
+    /// world space. This transform may include scale, which is removed to obtain the camera's own transform.
     pub cameras: Vec<(u32, DAffine3)>,
-    /// The moving punctual lights: the index in [`Scene::punctual_lights`], in ascending order, and the transform to world
-    /// space. It may include scale, which has no effect on a light.
+    /// The moving punctual lights: the index in [`Scene::punctual_lights`], in ascending order, and the light's transform to
+    /// world space. The transform may include scale, which has no effect on a light.
     pub lights: Vec<(u32, DAffine3)>,
     /// The materials whose emission changes: the index in [`Scene::materials`], and the emitted linear RGB radiance in
     /// W/(m²·sr).

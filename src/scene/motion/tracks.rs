@@ -109,8 +109,8 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// The values of the keys in the order of their times, without the tangents of a spline. The range of a property, such
-    /// as an emission, is checked at the keys.
+    /// The values of the keys in the order of their times, without the tangents of a spline. The code that reads a glTF file
+    /// checks with them that an emission is within its range.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let (first, stride) = (self.stride() / 2, self.stride());
         self.values.iter().skip(first).step_by(stride).copied()

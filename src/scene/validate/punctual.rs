@@ -1,4 +1,4 @@
-//! Checks of punctual lights (points, spots and directional lights): a scene with a light that the renderer cannot use is
+//! Checks of punctual lights (points, spots and directional lights). If the renderer cannot use a light, its scene is
 //! refused.
 
 use super::{BRIGHTEST, LARGEST_COORDINATE, is_within};

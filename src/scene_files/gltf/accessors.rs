@@ -22,8 +22,9 @@ const MAX_ZEROS: u64 = 1 << 20;
 pub struct Accessors<'a> {
     pub document: &'a Document,
     pub buffers: &'a [&'a [u8]],
-    /// The number of bytes of memory that elements of the file may still take when they are copied. Each read subtracts its
-    /// bytes. A read that needs more than is left fails, so that a small file cannot fill the memory.
+    /// The memory that elements may still take when they are copied from the file's buffers, in bytes. Each read of elements
+    /// subtracts what they take, and fails if too little is left. Thus a small file whose elements share bytes cannot fill
+    /// the memory.
     pub unfolding: &'a Unfolding,
 }
 
@@ -382,7 +383,8 @@ impl Strided<'_> {
 }
 
 impl Elements<'_> {
-    /// The value of the element at `index`, which must be one integer, as the index of a vertex.
+    /// The vertex index that the element at `index` contains. The element must be one unsigned integer, as
+    /// [`Accessors::indices`] ensures.
     pub fn index(&self, index: u64) -> u64 {
         self.component.index(self.element(index as usize))
     }
@@ -438,8 +440,8 @@ impl Elements<'_> {
     }
 }
 
-/// The item of a list at an index that a file states; `None` if the index is out of range, so that a damaged file causes no
-/// panic.
+/// The item of `items` at `index`, which a file states. `None` if the index is out of range, so that a damaged file causes
+/// no panic.
 pub fn get<T>(items: &[T], index: u64) -> Option<&T> {
     items.get(usize::try_from(index).ok()?)
 }

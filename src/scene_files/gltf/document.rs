@@ -184,8 +184,9 @@ impl Default for Specular {
     }
 }
 
-/// A texture: an image and a sampler (filters and wrap modes), by their indices in the document. Without a sampler, the
-/// image repeats and is interpolated. Without an image in `source`, an extension must name one.
+/// A texture of a glTF file: an image and a sampler (filters and wrap modes), by their indices in the document. Without a
+/// sampler, the image repeats, and texels are interpolated. `source` is `None` if the texture has no image, or only one that
+/// an extension names, such as a WebP image.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Texture {
@@ -224,9 +225,9 @@ pub struct Image {
     pub buffer_view: Option<u64>,
 }
 
-/// The glTF version of a file, and the minimum version that a program must support to read it (`None` if the file states no
-/// minimum). A file is refused if its minimum version is not 2.0 or, without a minimum version, if its version does not
-/// begin with `2.`. If a file states no version, `version` is empty; the `gltf` crate would assume 2.0.
+/// The glTF version of a file (empty if the file states none), and the minimum version that a program must support to read
+/// it (`None` if the file states no minimum). A file is refused if its minimum version is not 2.0. If it states no minimum,
+/// it is refused unless its version begins with `2.`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Asset {
@@ -234,8 +235,8 @@ pub struct Asset {
     pub min_version: Option<String>,
 }
 
-/// A `scene` of a glTF file: the indices of the nodes that are the roots of its trees. Only the nodes of one scene of the
-/// file are read.
+/// A `scene` of a glTF file: the indices of the nodes that are the roots of its trees. Only the nodes of the default scene
+/// are read, or of the first scene if the file names no default scene.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Roots {

@@ -22,8 +22,9 @@ pub struct Uses {
 }
 
 impl Uses {
-    /// Determines how `placed`, the nodes of the scene, use the materials of the document. `is_animated` returns true for
-    /// the index of a material whose emission is animated.
+    /// Determines which materials of the document are used by the meshes of `placed`, the nodes of the scene, and which
+    /// materials emit light. A material emits if its emission in the file is not black, or if `is_animated` returns true for
+    /// its index, which means that keyframes change its emission.
     pub fn of(
         document: &Document,
         placed: &[Placed<'_>],

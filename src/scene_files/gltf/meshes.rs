@@ -61,7 +61,8 @@ pub struct Meshes<'a> {
 
 impl<'a> Meshes<'a> {
     /// Prepares to read the meshes of the document in `accessors`. `materials` are the scene's materials, one for each
-    /// material of the file, in the order of the file.
+    /// material of the file, in the order of the file. From their textures it is known which texture coordinates and
+    /// tangents must be read.
     pub fn new(accessors: Accessors<'a>, materials: &[Material]) -> Self {
         let sets = |material: &Material| {
             [0, 1].map(|set| material.textures().any(|(_, texture)| texture.set == set))

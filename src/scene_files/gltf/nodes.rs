@@ -10,8 +10,9 @@ use crate::scene::notices::{Tally, label};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
-/// A node that belongs to the scene, with its transform to its parent and its transform to the world; both are those that
-/// apply without keyframes. The scene's instances, cameras, lights and motion are made from these nodes.
+/// A node that belongs to the scene, with its transform to its parent and its transform to the world. If animations change
+/// these transforms, the values here are those that the nodes of the file state, without the animations. The scene's
+/// instances, cameras, lights and motion are made from these nodes.
 pub struct Placed<'a> {
     pub index: usize,
     pub node: &'a Node,

@@ -50,7 +50,7 @@ crate::bindings! {
 crate::bindings! {
     /// Bindings of the pass `initial_indirect`, which traces paths as candidates of indirect light and selects one of them
     /// for the pixel's reservoir. The paths begin with pilots (the first BSDF ray of each pixel). The pass reads the pilots
-    /// in the buffer `reservoirs` and overwrites them by reservoirs.
+    /// from the buffer `reservoirs`, and replaces them there with reservoirs.
     pub struct InitialIndirect {
         [offers scene: SceneBindings]
         [offers vertices: History<WorldVertices>]

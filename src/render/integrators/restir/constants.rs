@@ -1,5 +1,5 @@
-//! The constants that the shaders of a frame read, and the jitter of a frame: the points of the pixels through which primary
-//! rays pass.
+//! The constants that the shaders of a frame read, among them the jitter of the frame, from which shaders compute the
+//! position within each pixel through which its primary ray passes.
 
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{
@@ -10,10 +10,11 @@ use crate::shader_interface::{
 };
 use glam::Vec2;
 
-/// Makes the constants of shaders, and sets those that stay the same in all frames. The constants of a single frame, of
-/// light samplers and of reuse have default values, and the caller sets them. `slots` is the number of slots for pixels in
-/// each buffer (the pixels, padded to whole tiles), and `light_nodes` is the number of nodes of the light BVH, 0 without
-/// one. If `jitters` is true, primary rays pass through random points of their pixels, otherwise through the centres.
+/// Makes the constants of shaders, and sets those that stay the same in all frames. The others (the index and the jitter of
+/// the frame, and the structures for the hash grid, world reservoirs and reuse) get default values, which the caller
+/// replaces. `slots` is the number of slots for pixels in each buffer (the pixels, padded to whole tiles), and `light_nodes`
+/// is the number of nodes of the light BVH, 0 without one. If `jitters` is true, primary rays pass through random points of
+/// their pixels, otherwise through the centres.
 pub fn frame_constants(
     view: &ViewConstants,
     bindings: &SceneBindings,
@@ -53,8 +54,8 @@ pub fn frame_constants(
 
 /// The constants with which candidates of direct or of indirect light are drawn and reservoirs are reused, computed from the
 /// settings of this light. `distant_fraction` is the probability, in [0, 1], that a draw among all lights selects a distant
-/// light (at infinite distance). The light BVH does not contain such lights, so fewer candidates are drawn from it if there
-/// are more of them.
+/// light (at infinite distance). The light BVH contains no distant lights, so the higher this probability is, the fewer
+/// candidates are drawn from the light BVH.
 pub fn reuse_constants(
     resampling: &Resampling,
     light_bvh: &LightBvhSettings,
@@ -103,9 +104,10 @@ pub fn reuse_constants(
 }
 
 /// How many of `count` light samples are drawn from the light BVH: their number, and this number as a fraction of `count`.
-/// The other samples are drawn among all lights. There are more of these if `distant_fraction` (the probability that a draw
-/// among all lights selects a light at infinite distance) is higher, since the light BVH does not contain distant lights.
-/// For `count` = 1, the number is 1, and the fraction is the probability with which the sample is drawn from the light BVH.
+/// The other samples are drawn among all lights, so that lights at infinite distance, which the light BVH does not contain,
+/// are drawn, too. The number of the other samples grows with `distant_fraction`, the probability that a draw among all
+/// lights selects such a light. If `count` is 1, the result is 1, and the probability with which this one sample is drawn
+/// from the light BVH.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_fraction;
     match count {
@@ -139,8 +141,9 @@ pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     Vec2::from_array(scrambled.map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24)))
 }
 
-/// An Owen scramble of `x` by a hash (Laine and Karras 2011): whether a bit of `x` is flipped depends on the bits above it
-/// and on `seed`. This keeps the stratification of the sequence.
+/// An Owen scramble of `x`, one coordinate of a point of the Sobol' sequence as a fraction of 2³², by a hash (Laine and
+/// Karras 2011). Whether a bit of `x` is flipped depends on the bits above it and on `seed`. So the scrambled points are as
+/// evenly distributed as those of the sequence.
 fn owen_scramble(x: u32, seed: u32) -> u32 {
     let mut bits = x.reverse_bits().wrapping_add(seed);
     for factor in [0x6C50_B47C_u32, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6] {

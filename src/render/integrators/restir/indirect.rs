@@ -12,20 +12,22 @@ use crate::render::world_reservoirs::WorldLight;
 /// The passes and reservoirs of indirect light, which is scattered at least twice between emitter and camera. In a frame,
 /// these passes run after those of direct light.
 pub struct IndirectLight {
-    /// The pass `initial_indirect`. For each pixel, it traces paths, which find samples (paths to lights), and stores one of
-    /// these samples in the pixel's reservoir.
+    /// The pass `initial_indirect`. For each pixel, it traces paths from the camera. Where a path hits an emitter or one of
+    /// its vertices is connected with a light, there is a candidate (a path from the camera to a light). The pass stores one
+    /// of the candidates in the pixel's reservoir.
     pub initial: ComputePass,
-    /// The world reservoirs: reservoirs of path vertices, found by their position in the scene, whose light samples the path
-    /// vertices of the next frame reuse. They are not used unless the settings select them.
+    /// The world reservoirs, which are the reservoirs of path vertices and are found by their position in the scene. The
+    /// path vertices of the next frame reuse the light samples in them. They are used only with
+    /// `indirect.secondary=world-reservoirs`.
     pub world: WorldLight,
     /// The reservoirs of indirect light, and the passes for their temporal reuse, their spatial reuse and the shading.
     pub reuse: Reuse,
 }
 
 impl IndirectLight {
-    /// Records the passes of indirect light of one frame. Its paths begin with the pilots (the first BSDF ray of each
-    /// pixel). The pass `initial_indirect` overwrites the buffer of pilots by reservoirs. So this method takes `_pilots` by
-    /// value, and no pass that reads pilots can be recorded after it.
+    /// Records the passes of indirect light of one frame. The paths of this light begin with the pilots (the first BSDF ray
+    /// of each pixel). The pass `initial_indirect` replaces the pilots in their buffer with reservoirs. So this method takes
+    /// `_pilots` by value, and no pass that reads pilots can be recorded after it.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.

@@ -53,8 +53,8 @@ pub struct Restir {
     pub device: Arc<Device>,
     bindings: Arc<SceneBindings>,
     /// The constants of the current frame for the passes `surfaces` and `pilots`, which serve both direct and indirect
-    /// light. The passes of each kind of light read a copy of them that contains the settings of resampling of this light
-    /// instead.
+    /// light. The other passes read a copy of these constants. There is one copy for direct and one for indirect light, to
+    /// which the settings of resampling of that light are added.
     constants: RestirConstants,
     specialisation: Specialisation,
     /// The pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there), at which
@@ -272,7 +272,8 @@ impl Restir {
             .chain(world)
     }
 
-    /// The buffers and numbers of the current frame that all its passes have in common, with which the passes are recorded.
+    /// The inputs of the current frame that its passes have in common: buffers, which the passes bind, and numbers, such as
+    /// the index of the frame. The functions that record the passes take them as an argument.
     pub fn inputs(&self) -> FrameInputs<'_> {
         let view = &self.constants.view;
         FrameInputs {
@@ -424,8 +425,8 @@ impl Integrator for Restir {
         self.buffers().chain(shared).map(Buffer::size).sum()
     }
 
-    /// Before the first frame, all entries describe empty reservoirs. The same holds if the light that `lighting` selects is
-    /// not rendered, or is not stored in reservoirs.
+    /// Returns one entry per pixel, like the method of the trait. All entries describe empty reservoirs before the first
+    /// frame, and also if the light that `lighting` selects is not rendered or is not stored in reservoirs.
     fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),

@@ -13,8 +13,8 @@ pub struct FrameOutputs<'a> {
     /// The constants that the passes of direct or of indirect light have read in the frame; the width and the height of the
     /// picture are taken from them.
     pub constants: &'a RestirConstants,
-    /// The uniform buffer on the device with the constants that the shaders have read in the frame. The pass that reads the
-    /// reservoirs binds it, too.
+    /// The uniform buffer on the device with the constants of the frame. The passes of direct or of indirect light have read
+    /// them, and the pass `aovs_direct` or `aovs_indirect`, which reads the reservoirs, reads the same constants.
     pub restir: &'a Buffer,
     /// The sample data of the frame: the primary surface of each pixel, which is the surface that the camera sees there. The
     /// samples in the reservoirs belong to these surfaces.
@@ -22,7 +22,8 @@ pub struct FrameOutputs<'a> {
     /// The reservoirs after the last pass of the frame, whose contents the debug AOVs show: those of direct or of indirect
     /// light.
     pub reservoirs: &'a Buffer,
-    /// The buffer with the counters of all passes. The pass that reads the reservoirs binds it, too.
+    /// The buffer with the counters of all passes of the integrator. The pass `aovs_direct` or `aovs_indirect`, which reads
+    /// the reservoirs, adds its counts to it.
     pub counters: &'a Buffer,
 }
 

@@ -37,8 +37,9 @@ impl ReservoirLayout {
         )
     }
 
-    /// The number of slots that a buffer needs for the pixels of a picture of `width` × `height` pixels. If the pixels are
-    /// ordered in square tiles, both sides are rounded up to whole tiles; otherwise there is one slot per pixel.
+    /// The number of slots (places for the data of one pixel) that a buffer needs for a picture of `width` × `height`
+    /// pixels. If the pixels are ordered in square tiles, `width` and `height` are first rounded up to whole tiles.
+    /// Otherwise there is one slot per pixel.
     pub fn slots(&self, width: u32, height: u32) -> u64 {
         let side = match self.settings.order {
             Order::Swizzle(side) => side,

@@ -31,8 +31,9 @@ pub struct Reuse {
     /// The uniform buffer on the device to which `constants` are uploaded in each frame. All passes of this kind of light
     /// bind it.
     pub restir: Buffer,
-    /// The reservoirs of this frame, and those of the previous frame until a spatial pass overwrites them. A reservoir
-    /// stores the selected sample of one pixel. If the settings turn off temporal and spatial reuse, there is only one copy.
+    /// The reservoirs of this frame, and in a second copy those of the previous frame. A reservoir stores the selected
+    /// sample of one pixel. After temporal reuse, spatial passes write their results to the copy of the previous frame. If
+    /// the settings turn off temporal and spatial reuse, there is only one copy.
     pub reservoirs: History<Buffer>,
 }
 
@@ -92,9 +93,9 @@ impl Reuse {
         };
     }
 
-    /// Records temporal reuse, spatial reuse and shading of a frame, each if its pass exists. At this time, the current
-    /// reservoirs contain the candidates that the initial pass has selected. Without a previous frame, temporal reuse is
-    /// left out.
+    /// Records the passes of temporal reuse, spatial reuse and shading of a frame, and leaves out those that do not exist.
+    /// When this method is called, the initial pass (`initial_direct` or `initial_indirect`) is recorded already; its
+    /// candidates are in the current reservoirs. If there is no previous frame, temporal reuse is left out.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.

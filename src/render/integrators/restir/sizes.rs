@@ -36,8 +36,8 @@ pub struct BufferSizes {
     /// find pilots. It is the size of a reservoir if reservoirs of indirect light store the pilots, otherwise the size of a
     /// pilot. Shaders do not use it with `reservoirs.arrays=soa`.
     pub pilot_stride: u64,
-    /// Size in bytes of one buffer of reservoirs of direct light, which has one reservoir for each pixel (for each of
-    /// `slots`). The buffer is made only if direct light is rendered.
+    /// Size in bytes of one buffer of reservoirs of direct light, which has `slots` reservoirs: one for each pixel, and more
+    /// if pixels are padded to whole tiles. The buffer is made only if direct light is rendered.
     pub direct: u64,
     /// Size in bytes of one buffer of reservoirs of indirect light, which is made only if indirect light is rendered. If
     /// indirect light is not stored in reservoirs, the buffer stores only the pilots, the first BSDF ray of each pixel.
@@ -51,8 +51,8 @@ pub struct BufferSizes {
 }
 
 impl BufferSizes {
-    /// Computes the sizes for a picture with the width and height of `view`, with these settings and this layout of
-    /// reservoirs.
+    /// Computes the sizes of the buffers for a picture with the width and height of `view`. `settings` are the settings of
+    /// the renderer, and `layout` is the layout of reservoirs in memory.
     pub fn of(view: &ViewConstants, settings: &ResolvedSettings, layout: &ReservoirLayout) -> Self {
         let pixels = u64::from(view.width) * u64::from(view.height);
         let slots = layout.slots(view.width, view.height);

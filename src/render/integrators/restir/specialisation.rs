@@ -5,8 +5,8 @@ use crate::device_scene::GpuScene;
 use crate::render::settings::{Arrays, Candidates, Order, Resampling};
 use crate::shader_interface::{PixelOrder, Specialisation};
 
-/// A copy of the specialisation constants `base`, with those set that describe the layout of reservoirs in memory. Shaders
-/// find and decode reservoirs by them.
+/// A copy of the specialisation constants `base` in which the constants for the layout of reservoirs in memory have the
+/// values of `layout`. With these constants, shaders compute where a reservoir is in its buffer, and how it is encoded.
 pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisation {
     let (pixel_order, swizzle) = match layout.settings.order {
         Order::Row => (PixelOrder::Row, 1),
@@ -23,10 +23,10 @@ pub fn with_layout(base: Specialisation, layout: &ReservoirLayout) -> Specialisa
     }
 }
 
-/// A copy of the specialisation constants `base`, with those set that select the code for the settings `resampling`, which
-/// are those of direct or of indirect light. Rare lights are those of the dimmest emitters; with some settings, they are
-/// drawn only by separate candidates. The code for these candidates is selected only if `scene` has rare lights, because it
-/// costs time.
+/// A copy of the specialisation constants `base` in which the constants that depend on `resampling` (the settings of direct
+/// or of indirect light) have the values of these settings. They select the code that is compiled. Rare lights are far
+/// dimmer than the other lights, and with some settings separate candidates are drawn from them. The code for these
+/// candidates costs time, so it is selected only if `scene` has rare lights.
 pub fn with_resampling(
     base: Specialisation,
     resampling: &Resampling,

@@ -57,8 +57,9 @@ const SURFACE_POINTS: usize = 1 << 19;
 /// The hash grid as a light sampler: the passes that fill it, its buffers, and its constants for shaders. The pass
 /// `initial_direct` merges reservoirs of the grid with the candidates of each pixel.
 pub struct HashGridLight {
-    /// The pass `grid_claim`, which selects the surface for which the reservoir of each slot of the grid is made. If several
-    /// surfaces pick the same slot, it selects one of them at random.
+    /// The pass `grid_claim`, which selects one surface for each slot of the hash grid; the slot's reservoir is then made
+    /// for this surface. Each surface picks a random slot of its cell of space. If several surfaces pick the same slot, the
+    /// pass selects one of them at random.
     claim: ComputePass,
     /// The pass `grid_fill`. For each slot for which `grid_claim` has selected a surface, it makes a reservoir from many
     /// light samples.
@@ -66,9 +67,9 @@ pub struct HashGridLight {
     /// Random points on the scene's surfaces with their normals, which fill the grid in the first frame. `None` if the
     /// surfaces that pixels show fill it in each frame.
     points: Option<Buffer>,
-    /// For each slot, the index of the surface for which its reservoir is made, and a hash of the cell of space to which the
-    /// reservoir belongs, by which pixels reject reservoirs of other cells. In each cell, surfaces whose normals have
-    /// different directions use different slots. So the hash also includes the bin (range of directions) of the normal.
+    /// The slots of the hash grid: for each slot, the index of the surface for which its reservoir is made, and a hash of
+    /// the surface's cell of space and of the bin (range of directions) of its normal. Pixels compare this hash with that of
+    /// their own surface, and reject the reservoirs of other cells and bins.
     slots: Buffer,
     /// The reservoir of each slot, in the same format as the reservoirs of direct light of pixels. Pixels merge it with
     /// their own candidates.
@@ -93,9 +94,9 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
     (surfaces, (2 * surfaces).next_power_of_two())
 }
 
-/// The names and the sizes in bytes of the three buffers of the hash grid: points on surfaces (0 bytes if the surfaces that
-/// pixels show fill the grid), slots and reservoirs. `reservoir_bytes` is the size of one reservoir. The result is `None` if
-/// there is no grid.
+/// The name and the size in bytes of each of the three buffers of the hash grid: points on surfaces, slots and reservoirs;
+/// `None` if there is no grid. The buffer of points has 0 bytes if the primary surfaces of pixels fill the grid.
+/// `reservoir_bytes` is the size of one reservoir.
 fn bytes(
     filled_by: HashGrid,
     view: &ViewConstants,

@@ -29,19 +29,20 @@ pub struct HashGridSettings {
     /// The points for which the reservoirs are made (surfaces of pixels, or points in the whole scene), and the MIS weights
     /// with which pixels merge the reservoirs. `published` is biased.
     pub mode: GridMode,
-    /// Side of a cell of space, as the number of pixels that it spans in the picture. In the scene, the side is rounded at
-    /// random to the next lower or higher power of two (in the device's unit of length), so that cells stay in place while
-    /// the camera moves. Higher: more pixels merge the same reservoirs, which fit each of them less well. No effect with
-    /// `published`.
+    /// Side of a cell of space, as the number of pixels that it spans in the picture. The length of the side in the scene is
+    /// a power of two (in the device's unit of length), so that cells stay in place while the camera moves; the next lower
+    /// or the next higher power is chosen at random. Higher: more pixels merge the same reservoirs, which were made for
+    /// surfaces farther away from these pixels. No effect with `published`.
     #[schemars(range(min = 1, max = 1024))]
     pub cell: u32,
     /// Number of cells along the longest side of the box around all surfaces of the scene. Higher: smaller cells, so
-    /// reservoirs fit the pixels better, but fewer are made per cell. No effect with `unbiased`.
+    /// reservoirs fit the pixels better, but each cell has fewer reservoirs, because the number of points for which they are
+    /// made is fixed. No effect with `unbiased`.
     #[schemars(range(min = 1, max = 1024))]
     pub cells: u32,
-    /// Number of bins of normals along each side of the octahedral map: 8 means 64 bins. A pixel merges only reservoirs in
-    /// the bin of its own normal; 1: normals do not matter. Higher: reservoirs that fit the pixels better, but fewer of them
-    /// per pixel.
+    /// Number of bins along each side of the octahedral map of normals (the unit sphere, unfolded to a square): 8 means 64
+    /// bins. A pixel merges only reservoirs in the bin of its own normal; 1: normals do not matter. Higher: reservoirs that
+    /// fit the pixels better, but fewer of them per pixel.
     #[schemars(range(min = 1, max = 16))]
     pub bins: u32,
     /// Number of slots for reservoirs in each cell, for each bin of normals (see `bins`). A slot stores one reservoir or
@@ -50,8 +51,8 @@ pub struct HashGridSettings {
     #[schemars(range(min = 1, max = 1024))]
     pub reservoirs: u32,
     /// Number of light candidates from which one is selected for each reservoir of the grid. Higher: reservoirs with less
-    /// noise. Cost: one evaluation of the target function per candidate, in one of sixteen pixels, no ray; with `published`,
-    /// only in the first frame, for each reservoir.
+    /// noise. Cost: one evaluation of the target function per candidate, and no ray. At most one of sixteen pixels makes a
+    /// reservoir in each frame; with `published`, all reservoirs are made in the first frame.
     #[schemars(range(min = 1, max = 65536))]
     pub candidates: u32,
     /// Maximum number of reservoirs of the grid that a pixel merges with its own candidates in each frame. Higher: each

@@ -1,5 +1,6 @@
-//! The buffer of the light BVH, a tree of lights. Shaders walk through the tree to find the lights that matter at a point,
-//! and draw light candidates from them. The buffer is empty if the settings draw no candidates from the tree.
+//! The buffer of the light BVH, a tree of lights. Shaders walk through the tree to compute the probabilities of lights for a
+//! shading point, and draw light candidates with these probabilities. The buffer is empty if the settings draw no candidates
+//! from the tree.
 
 pub mod lists;
 pub mod settings;
@@ -18,9 +19,9 @@ use settings::{Boxes, Far, LightBvhSettings};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// The number of points on surfaces that are used to choose the scale of boxes of influence. A point finds a light only
-/// within the light's box. The scale is chosen so that a point on a surface is within about 8 boxes on average. Higher: a
-/// more exact scale, but a longer start.
+/// The number of points on surfaces from which the scale of the boxes of influence is chosen. With `far=skipped`, a light is
+/// drawn from the tree only at points inside its box. The scale is such that a point on a surface is inside about 8 boxes on
+/// average. Higher: a more exact scale, but a longer start.
 const SURFACE_POINTS: usize = 1024;
 
 /// The buffer of the light BVH (a tree of lights) on the device, from which shaders draw light candidates. It also has the
@@ -40,8 +41,8 @@ impl LightBvhBuffer {
     /// and the buffer is empty.
     ///
     /// # Errors
-    /// The buffer exceeds a limit or the free memory of the device, or the rays that limit the boxes of influence (the boxes
-    /// within which lights are found) cannot be traced.
+    /// The buffer exceeds a limit or the free memory of the device, or the rays that limit the boxes of influence (outside
+    /// its box, a light is not drawn from the tree) cannot be traced.
     pub fn new(
         device: &Arc<Device>,
         scene: &Arc<GpuScene>,
@@ -85,9 +86,9 @@ impl SceneResource for LightBvhBuffer {
         (self.node_count > 0).then(|| (LIGHT_BVH, self.buffer.size()))
     }
 
-    /// The name of the binding in the shaders, and the buffer of the light BVH. The buffer is bound as texels or as a
-    /// storage buffer, as the shaders of `variant` read it (a combination of tracer and access to memory, in which shaders
-    /// are compiled).
+    /// The name of the binding in the shaders, and the buffer of the light BVH. Shaders that are compiled for `variant` (a
+    /// combination of tracer and access to memory) read the buffer as texels or as a storage buffer, and it is bound in this
+    /// form.
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>) {
         let resource = match variant.fetch {
             Fetch::Texels => Resource::Texels(&self.buffer),
@@ -117,8 +118,8 @@ impl SceneResource for LightBvhBuffer {
 }
 
 /// Builds the tree for the lights at time 0. With `far=skipped` and `boxes=visibility`, it then traces rays from the lights,
-/// and limits each box of influence (the box within which a light is found) to the surfaces that the rays hit. So fewer
-/// points find lights that are hidden from them.
+/// and limits each box of influence to the surfaces that the rays hit. A light is drawn from the tree only at points inside
+/// its box, so hidden lights are drawn less often.
 fn build(
     device: &Arc<Device>,
     scene: &Arc<GpuScene>,

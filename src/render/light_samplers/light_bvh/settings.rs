@@ -1,13 +1,13 @@
-//! Settings of the light BVH (`light_bvh.*`), a tree that finds the lights that matter at a point. Light candidates are
-//! drawn from it with `direct.candidates=light-bvh` or `indirect.candidates=light-bvh`, or if `auto` selects it.
+//! Settings of the light BVH (`light_bvh.*`), a tree of lights. Light candidates are drawn from it, with probabilities that
+//! depend on the shading point, if `direct.candidates` or `indirect.candidates` is `light-bvh`, or if `auto` selects it.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// The factor by which the boxes around lights in the light BVH (a tree of lights) are enlarged: `auto`, or a number from
-/// 1e-9 to 1e9. With `far=skipped`, a higher factor lets a walk through the tree find more lights at a point; with
-/// `far=joined`, the walk finds far lights in smaller groups. In both cases, walks take longer.
+/// 1e-9 to 1e9. Higher with `far=skipped`: a point is inside the boxes of more lights, among which its candidates are drawn.
+/// Higher with `far=joined`: far lights form smaller groups. In both cases, walks through the tree take longer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Written", try_from = "Written")]
 pub enum Scale {
@@ -74,36 +74,40 @@ impl JsonSchema for Scale {
     }
 }
 
-/// The probabilities with which a walk through the light BVH (a tree of lights) draws one of the lights that it finds at a
-/// point. Light candidates are drawn with these probabilities.
+/// The probabilities with which a light is drawn from the light BVH (a tree of lights) at a shading point. With
+/// `far=joined`, all lights in the tree can be drawn; with `far=skipped`, only the lights whose boxes of influence contain
+/// the point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightChoice {
-    /// The walk draws a group of lights in proportion to the light that the group is expected to add at the point, without
-    /// visibility. Then it draws a light of the group in proportion to its power.
+    /// First a group of lights (a node of the tree) is drawn, in proportion to an estimate of the light that the group adds
+    /// at the shading point; the estimate ignores occlusion. Then a light of the group is drawn in proportion to its power.
     #[default]
     Contribution,
-    /// All lights that a walk finds have the same probability, as published (Gardishyan 2025).
+    /// All lights that can be drawn from the tree at the shading point have the same probability, as published (Gardishyan
+    /// 2025).
     Uniform,
 }
 
-/// The treatment of lights that are far from the point at which a walk through the light BVH (a tree of lights) searches for
-/// lights: the walk finds them in groups, or not at all.
+/// The treatment of lights that are far from the shading point, when a light is drawn from the light BVH (a tree of lights):
+/// far lights are drawn in groups, or not at all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Far {
-    /// Far lights are joined: a walk treats a group of them as one light. The farther away lights are, the larger are the
-    /// groups.
+    /// Lights that are far from the shading point are drawn in groups: first a group is drawn from the tree, then a light of
+    /// the group. A group consists of the lights of a tree node whose box does not contain the shading point. The farther
+    /// away lights are, the larger are the groups.
     #[default]
     Joined,
-    /// Far lights are not found, as published (Gardishyan 2025). Each cluster (lights that are close to each other) has a
-    /// box of influence around it, and a walk finds its lights only at points inside this box. At other points, only
-    /// candidates that are drawn among all lights can select these lights.
+    /// Lights that are far from the shading point cannot be drawn from the tree, as published (Gardishyan 2025). Each
+    /// cluster (lights that are close to each other) has a box of influence around it, and its lights can be drawn from the
+    /// tree only at points inside this box. At other points, only candidates that are drawn among all lights can select
+    /// these lights.
     Skipped,
 }
 
-/// The extent of boxes of influence. Such a box surrounds a cluster (lights that are close to each other), and with
-/// `far=skipped` a walk through the light BVH finds these lights only at points inside the box.
+/// The extent of boxes of influence. Such a box surrounds a cluster (lights that are close to each other). With
+/// `far=skipped`, the lights of the cluster can be drawn from the light BVH only at points inside the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Boxes {
@@ -111,9 +115,9 @@ pub enum Boxes {
     /// `light_bvh.scale`, and the power is the sum of luminance × area over the lights.
     #[default]
     Simple,
-    /// The box is as with `simple`, but it ends at the surfaces that rays from the lights of its cluster hit at time 0, so
-    /// that fewer hidden lights are found. If all lights of a cluster are off at time 0, the box is the same as with
-    /// `simple`.
+    /// The box is as with `simple`, but it ends at the surfaces that rays from the lights of its cluster hit at time 0. So
+    /// fewer of the points from which these lights are hidden are inside the box. If all lights of a cluster are off at time
+    /// 0, the box is the same as with `simple`.
     Visibility,
 }
 
@@ -129,35 +133,37 @@ pub enum Rest {
     Uniform,
 }
 
-/// Settings of the light BVH, a tree that finds the lights that matter at a point: how the tree is built, and how light
-/// candidates are drawn from it.
+/// Settings of the light BVH, a tree of lights: how the tree is built, and how light candidates are drawn from it. Lights
+/// that are likely to add much light at the shading point can be drawn with higher probability.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightBvhSettings {
-    /// The treatment of lights that are far from a point. With `joined`, a walk through the tree finds them in groups; with
-    /// `skipped`, the walk does not find them. Unbiased either way.
+    /// The treatment of lights that are far from the shading point. `joined`: first a group of them is drawn from the tree,
+    /// then a light of the group. `skipped`: they are not drawn from the tree, but only among all lights (`uniform_share`).
+    /// Unbiased either way.
     pub far: Far,
-    /// Factor of the distances in the search for lights. With `far=joined`, a group of lights is treated as one light at
-    /// points that are farther from the group's box than scale × half the diagonal of the box. With `far=skipped`, a light
-    /// is found up to the distance scale × √power, with power in luminance × area. `auto`: 1 with `far=joined`; with
-    /// `far=skipped`, a scale at which a point on a surface is within about 8 boxes on average. Higher: longer walks through
-    /// the tree, and candidates that fit the point better. Unbiased at any value.
+    /// Factor by which the boxes around lights are enlarged. With `far=joined`, a group of lights is treated as one light at
+    /// points that are farther from the group's box than scale × half the diagonal of the box. With `far=skipped`, the box
+    /// of influence extends scale × √power beyond its lights, with power in luminance × area. `auto`: 1 with `far=joined`;
+    /// with `far=skipped`, a scale at which a point on a surface is within about 8 boxes on average. Higher: longer walks
+    /// through the tree, and candidates that fit the point better. Unbiased at any value.
     pub scale: Scale,
     /// Fraction of the candidates that are drawn among all lights instead of from the tree. If there are several candidates,
     /// at least one of them is drawn among all lights. A single candidate is drawn among all lights with this probability.
     /// Higher: less noise where light comes from unexpected directions, more noise elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
-    /// The extent of the boxes of influence: with `far=skipped`, a walk through the tree finds a light only at points inside
-    /// the box around it. `simple`: the box grows with the power of its lights. `visibility`: it also ends at the surfaces
-    /// that 256 rays from its lights hit; they are traced before the first frame. No effect with `far=joined`. Unbiased
-    /// either way.
+    /// The extent of the boxes of influence. With `far=skipped`, a light can be drawn from the tree only at points inside
+    /// the box around the cluster of the light. `simple`: the box grows with the power of the lights in its cluster.
+    /// `visibility`: the box also ends at the surfaces that 256 rays from these lights hit; they are traced before the first
+    /// frame. No effect with `far=joined`. Unbiased either way.
     pub boxes: Boxes,
     /// True if lights that are close to each other form a cluster with one box, so that the tree has fewer nodes; false if
     /// each light has a separate box. Unbiased either way.
     pub cluster: bool,
-    /// The probabilities with which a walk through the tree draws one of the lights that it finds at a point: by
-    /// `contribution` or `uniform`. Unbiased either way.
+    /// The probabilities with which a light is drawn from the tree at a shading point. `contribution`: in proportion to an
+    /// estimate of the light that it adds there; `uniform`: the same for all lights that can be drawn there. Unbiased either
+    /// way.
     pub choice: LightChoice,
     /// The probabilities of lights for the candidates that are drawn among all lights instead of from the tree: by `power`
     /// or `uniform`. Unbiased either way.
