@@ -1,7 +1,7 @@
-//! Build script. It compiles every pass (compute shader) to SPIR-V, once for each variant (the tracer, and the ways in
-//! which shaders access the scene). It also writes the Rust tables through which the crate embeds the SPIR-V, so that
-//! the program runs without shader files, and the GLSL sources, from which it can compile passes with source lines for
-//! debuggers and find out which shaders a user has changed.
+//! Build script. It compiles every pass (compute shader) to SPIR-V, once for each variant (a combination of a tracer and a
+//! way in which shaders access the scene). It also writes two things that the crate embeds. Rust tables contain the SPIR-V,
+//! so that the program runs without shader files. The GLSL sources serve to compile passes with source lines for debuggers,
+//! and to find out which shaders a user has changed.
 
 use headwater_shader_interface::compiler::{self, Sources};
 use headwater_shader_interface::{self as shader_interface, Variant};

@@ -1,4 +1,5 @@
-//! Environment variables, such as `HEADWATER_VALIDATION`, that switch a function of the program on.
+//! Reads the environment variables, such as `HEADWATER_VALIDATION`, by which the user switches a function of the program
+//! on.
 
 /// True if the user asks for a function by the environment variable with the name `variable`: it is set to a value
 /// other than `0`. An empty value counts as set.

@@ -12,8 +12,8 @@ pub enum Error {
     /// whole message.
     #[error("{0}")]
     Input(String),
-    /// The device, the disk or other parts of the system failed, or a check did, such as a limit of `compare`; the process
-    /// then ends with exit status 1. The text is the whole message.
+    /// The device, the disk or another part of the system failed, or a check failed, such as that of an error against a
+    /// limit of `compare`; the process then ends with exit status 1. The text is the whole message.
     #[error("{0}")]
     Failed(String),
     /// A signal, SIGINT or SIGTERM, stopped the work; the process then ends with exit status 128 + the signal's number.

@@ -106,8 +106,8 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The path with its folder as an absolute path without links, `.` and `..`, so that two spellings of one path become
-/// equal. If the folder does not exist, the path is returned unchanged.
+/// The same path, but its folder is an absolute path without links, `.` and `..`, so that two spellings of one path become
+/// equal. If the folder does not exist, it is not changed.
 fn resolved(path: &Path) -> PathBuf {
     let folder = folder(path);
     let folder = folder.canonicalize().unwrap_or(folder);

@@ -15,13 +15,13 @@ const LITTLE: u64 = 64 << 20;
 /// When the sum exceeds [`LITTLE`], the available memory is read again. All threads share this sum.
 static TAKEN: AtomicU64 = AtomicU64::new(0);
 
-/// Checks that `bytes` more bytes of memory are available; reserves nothing. Requests of at most [`LITTLE`] bytes are only
-/// summed, and pass without a check until their sum exceeds [`LITTLE`]. Otherwise the available memory is read from the
-/// system.
+/// Checks that at least `bytes` bytes of memory, and at least [`LITTLE`] bytes, are available; reserves nothing. A request
+/// of at most [`LITTLE`] bytes passes unchecked while the sum of such requests is at most [`LITTLE`]. For any other
+/// request, the available memory is read from the system, and the sum starts again at 0.
 ///
 /// # Errors
-/// The available memory was read, and is less than `bytes` or less than [`LITTLE`] bytes; the text names the needed and the
-/// available number of bytes. If the system does not report its memory, the check passes.
+/// Less memory is available than needed; the text names the needed and the available number of bytes. If the system does
+/// not report its memory, the check passes.
 pub fn check(bytes: u64) -> Result<(), String> {
     if bytes <= LITTLE && TAKEN.fetch_add(bytes, Ordering::Relaxed) + bytes <= LITTLE {
         return Ok(());

@@ -1,6 +1,6 @@
 //! Random numbers for the host that are equal on every machine; shaders have their own. Procedural scenes are made with
-//! them, so that the content hash of a scene is the same everywhere. The light BVH draws rays with them, which measure how
-//! far the light of its clusters (groups of lights) reaches.
+//! them, so that the content hash of a scene is the same everywhere. The light BVH also uses them: from each cluster (group
+//! of lights) it traces rays in random directions, to measure the distance at which surfaces block the cluster's light.
 
 /// A generator of random numbers: PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast Space-Efficient
 /// Statistically Good Algorithms for Random Number Generation", 2014).

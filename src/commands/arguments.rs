@@ -107,8 +107,8 @@ pub struct SceneArgs {
 }
 
 /// Channels (arbitrary output variables) that an EXR file can have beside the picture, as `--aov` names them. Some show the
-/// surface that the camera sees, for example for a denoiser. The others show the reservoir of each pixel, with whose sample
-/// the pixel was shaded, so that the resampling can be examined.
+/// surface that the camera sees, for example for a denoiser. The others show the content of each pixel's reservoir, so that
+/// the user can examine the resampling; the sample in a reservoir supplies the light of its pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Aov {
     /// The channels contain the fraction of light that the visible surface reflects, from 0 to 1 for red, green and blue;
@@ -126,12 +126,12 @@ pub enum Aov {
     /// The channels contain the vector in the picture, in pixels, from the visible surface point to the position that it
     /// had in the previous frame; right and down are positive
     Motion,
-    /// The channels describe the reservoir of direct light of each pixel after the last frame: its weight, confidence, age,
-    /// light and number of merged neighbours, the pixel that drew its sample, and the product of the Jacobians of all shifts
-    /// of the sample since then
+    /// The channels show what the reservoir of direct light of each pixel contains after the last frame: its weight,
+    /// confidence, age, light and number of merged neighbours, the pixel that drew its sample, and the product of the
+    /// Jacobians of all shifts that the sample has had
     Direct,
-    /// The channels describe the reservoir of indirect light of each pixel after the last frame, with the same channels
-    /// as for direct light
+    /// The channels show what the reservoir of indirect light of each pixel contains after the last frame, with the same
+    /// quantities as 'direct'
     Indirect,
 }
 
@@ -315,8 +315,8 @@ pub fn check_files<'a>(
         .try_for_each(|(_, path)| check_writable(path))
 }
 
-/// Checks that none of the first `written` entries of `files`, which will be written, is the same file as another entry,
-/// which would then be overwritten. Each entry is (role in messages, path).
+/// Checks that no output is also another output or an input, because it would overwrite that file. `files` lists all
+/// outputs, then all inputs, each as (role in messages, path); `written` is the number of outputs.
 fn check_distinct(files: &[(&str, &Path)], written: usize) -> Result<()> {
     for (i, (what, path)) in files.iter().enumerate() {
         let before = files[..i.min(written)].iter();

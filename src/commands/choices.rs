@@ -41,7 +41,8 @@ pub enum TracerArg {
 }
 
 impl TracerArg {
-    /// The tracer that the option names; `None` if the program is to choose one by the features of the device.
+    /// The tracer that `--tracer` names; `None` for `auto`, with which the program chooses the tracer by the features of
+    /// the device.
     pub const fn tracer(self) -> Option<Tracer> {
         match self {
             Self::Auto => None,
@@ -55,7 +56,7 @@ impl TracerArg {
 /// cells of space), as `--geometry` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
-    /// The program chooses the access by the features of the device and the size of the scene
+    /// The program chooses one of the other values by the features of the device and the size of the scene
     #[default]
     Auto,
     /// Shaders access the scene's buffers through storage buffer bindings, whose contents capture tools show and replay
@@ -67,7 +68,7 @@ pub enum GeometryArg {
 /// How shaders read the texels of textures, as `--textures` names it. It decides how the textures are uploaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesArg {
-    /// The program chooses the access by the features of the device and the textures of the scene
+    /// The program chooses one of the other values by the features of the device and the textures of the scene
     #[default]
     Auto,
     /// Shaders read textures from sampled images, which they select by descriptor indexing

@@ -43,7 +43,8 @@ pub struct Args {
     /// Fail if the mean FLIP error (perceived difference, from 0 to 1) of the pixels is above this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_flip: Option<f64>,
-    /// Fail if the mean of the picture divided by the mean of the reference differs from 1 by more than this limit
+    /// Fail if the mean of the picture's RGB values divided by the mean of the reference's RGB values differs from 1 by
+    /// more than this limit
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     max_mean_deviation: Option<f64>,
     /// Fail unless both pictures have the same channels with the same bits; metadata may differ

@@ -23,8 +23,8 @@ const OF_PATH_TRACING: [&str; 6] = [
     "variant",
 ];
 
-/// Keys of the settings of indirect light that have an effect even with `indirect.mode=path`, where indirect light is
-/// traced without resampling. No note calls them ignored.
+/// The keys in the group `indirect` that have an effect with `indirect.mode=path`, which traces indirect light without
+/// resampling. The other keys of the group have no effect in this mode, and a note tells the user so.
 const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.mode",
     "indirect.secondary",
@@ -140,10 +140,11 @@ pub fn note_for_render(changed: &[String], settings: &Settings, bounces: u32) {
     }
 }
 
-/// Prints notes on settings of the light BVH and of the hash grid (two ways to draw lights for candidates) that have no
-/// effect because of another setting. Also prints a note if `indirect.candidates=hash-grid` is set: the grid does not
-/// support indirect light, so lights are drawn by their power. `changed` lists the dotted keys that --config and --set
-/// name; `bounces` is the maximum number of scattering events of a path.
+/// Prints notes on settings of the groups `light_bvh` and `hash_grid` that another setting makes ineffective. Both groups
+/// describe how lights are drawn for candidates (the light samples from which resampling selects). If
+/// `indirect.candidates=hash-grid` is set, a further note says that lights are drawn by their power instead, because the
+/// hash grid does not support indirect light. `changed` lists the dotted keys that --config and --set name; `bounces` is
+/// the maximum number of scattering events of a path.
 fn note_parts_of_candidates(changed: &[String], settings: &Settings, bounces: u32) {
     if settings.has_candidates(Candidates::LightBvh, bounces) {
         if settings.light_bvh.far == Far::Joined {

@@ -130,8 +130,8 @@ fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     write_report(session, samples, args.scene.report.as_ref())
 }
 
-/// Writes the JSON report of the run (choices, settings and times) to `path`, the file of `--report`; with `None`, writes
-/// nothing. The report states `samples`, the number of samples per pixel of the picture.
+/// Writes the JSON report of the run (settings, times, and what the program chose, such as the tracer) to `path`, the file
+/// of `--report`; with `None`, writes nothing. The report states `samples`, the number of samples per pixel of the picture.
 ///
 /// # Errors
 /// The file cannot be written.

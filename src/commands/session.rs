@@ -54,8 +54,8 @@ pub enum Purpose {
     },
 }
 
-/// A scene on an open device, with the settings and the view of its picture. Commands render frames with it, and get
-/// pictures, reports and profiles of them from it.
+/// A scene on an open device, with the settings and the view with which it is rendered. The commands render its frames
+/// through this value, and get pictures, reports and profiles from it.
 pub struct Session {
     /// All settings, from the preset, `--config` and `--set`, by which the frames are rendered. A setting that was
     /// `auto` has the value that was chosen for this scene.
@@ -63,7 +63,8 @@ pub struct Session {
     /// What is rendered: the camera, the size of the picture, the seed, the maximum number of scattering events, and
     /// whether the camera's rays go through random points of the pixels.
     pub view: View,
-    /// The passes and buffers that render the view, and the accumulated radiance of its samples.
+    /// The renderer of the view: its passes (compute shaders) and their buffers, among them the sums of the radiance of all
+    /// samples, from which pictures are made.
     pub renderer: Renderer,
     /// The device on which the scene is rendered.
     pub device: Arc<Device>,
@@ -236,8 +237,8 @@ impl Session {
     }
 
     /// The index of the first frame that must be rendered so that frame `index` is correct. If frames reuse data of earlier
-    /// frames, it is 0. If they do not, but each frame shows the scene at another time, it is the index of the previous
-    /// frame, because motion vectors are the difference of two frames. Otherwise it is `index` itself.
+    /// frames, it is 0. Otherwise it is `index` itself, except that in a scene that moves from frame to frame it is the
+    /// index of the previous frame, if there is one, because motion vectors need the positions in that frame.
     pub fn first_needed_for(&self, index: u32) -> u32 {
         if self.renderer.has_history() {
             return 0;
@@ -268,9 +269,9 @@ impl Session {
         Ok(())
     }
 
-    /// Restarts the renderer without the data of earlier frames and with empty sums. From now on each pass is submitted
-    /// separately, and after it every buffer that it may write is hashed, so that a regression test finds the first
-    /// pass whose results differ.
+    /// Restarts the renderer: it forgets the data of earlier frames, and its sums of radiance are 0. From now on each pass
+    /// is submitted separately, and after it every buffer that it may write is hashed, so that a regression test finds the
+    /// first pass whose results differ.
     ///
     /// # Errors
     /// The device fails, or the session is not for [`Purpose::Regression`].
@@ -291,8 +292,9 @@ impl Session {
         }
     }
 
-    /// Stores the times of one frame or submission for the report. `times` has one entry per run of a pass; the times of one
-    /// pass are summed. Passes that ran for the first time, which may include compilation, are stored separately.
+    /// Stores the times of the passes of one frame, or of one call of [`Self::add_samples`], for the report. `times` has
+    /// one entry per run of a pass; the times of one pass are summed. Passes that ran for the first time, which may include
+    /// compilation, are stored separately.
     fn keep_times(&mut self, times: Vec<PassTime>) {
         let times = PassTime::by_name(times).into_iter();
         let (first, rest) = times.partition(|time| time.first_run);
@@ -317,10 +319,10 @@ impl Session {
         Ok(true)
     }
 
-    /// Adds at most `samples` samples to every pixel, of which the first has the index `first`, and returns the number of
-    /// added samples. If the scene moves, a call adds one sample; otherwise it adds as many as take about 0.3 s, estimated
-    /// from earlier calls. The division into calls changes no bit of the sums. `watch` is told the number of samples that
-    /// this call has finished, with fractions; if it returns an error, the work ends.
+    /// Adds at most `samples` samples to every pixel, and returns the number of samples that it added. The index of the
+    /// first added sample is `first`. If the scene moves, a call adds one sample; otherwise it adds as many as take about
+    /// 0.3 s, estimated from earlier calls. The division into calls changes no bit of the sums. `watch` is told the number
+    /// of samples that this call has finished, with fractions; if it returns an error, the work ends.
     ///
     /// # Errors
     /// The device fails, the scene cannot be rendered at the time of frame `first`, or the errors of `watch`, after which
@@ -345,11 +347,12 @@ impl Session {
         Ok(samples)
     }
 
-    /// Closes the session. Afterwards it checks that the validation layers have sent no messages, because closing may cause
-    /// some too.
+    /// Closes the session, and then checks that the validation layers have sent no messages, because closing can cause some
+    /// too. Before, prints a notice for each edited shader file in the folder `HEADWATER_GLSL` that no pass of this run
+    /// uses.
     ///
     /// # Errors
-    /// The validation layers have sent messages, or the folder of changed shaders (`HEADWATER_GLSL`) cannot be read.
+    /// The validation layers have sent messages, or that folder cannot be read.
     pub fn finish(self) -> Result<()> {
         // In a single frame every pass runs for the first time.
         let (times, when) = match self.times.is_empty() {
@@ -370,11 +373,11 @@ impl Session {
         check_messages(&instance.validation_messages())
     }
 
-    /// The report of the run as a JSON object, which `--report` writes: the scene, the settings, the device, the choices
-    /// with their reasons, times, and memory. `samples` is the number of samples per pixel of the picture. In the object,
-    /// `first_runs` holds the time of each pass when it ran for the first time, which may include compilation.
-    /// `last_submission` holds the times of the passes in the last submission, except for those that ran for the first time
-    /// in it.
+    /// The report of the run as a JSON object, which `--report` writes: the scene, the settings, the device, what the
+    /// program chose (such as the tracer) and why, times, and memory. `samples` is the number of samples per pixel of the
+    /// picture. In the object, `first_runs` holds the time of each pass when it ran for the first time, which may include
+    /// compilation. `last_submission` holds the times of the passes in the last submission, except for those that ran for
+    /// the first time in it.
     ///
     /// # Errors
     /// A setting has no JSON form, which does not happen with finite values.

@@ -33,7 +33,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
     device: Option<String>,
     /// Print one JSON object instead of a table; the object lists every pipeline (a pass in one compiled form), the table
-    /// only the worst pipeline of each tracer and pass
+    /// only the pipeline with the lowest occupancy for each tracer and pass
     #[arg(long)]
     json: bool,
     /// Write the statistics of every pipeline to this file as JSON; statistics of other devices and drivers that it
@@ -147,9 +147,10 @@ fn is_comparable(a: &Pipeline, b: &Pipeline) -> bool {
 }
 
 /// One line of text for each value of a pipeline, such as its number of registers, that is worse than that of its
-/// counterpart in `stored`, the pipelines of the file at `path`. A counterpart has the same device, driver, pass and tracer,
-/// and at least one scene with the same settings. A note on stderr states how many pipelines have no counterpart. If the
-/// file has no pipeline of this device and driver, a note says so, and there are no lines.
+/// counterpart in `stored`, the pipelines of the file at `path`. A counterpart has the same device, driver, pass and
+/// tracer, and both were compiled for at least one common pair of scene and settings. A note on stderr states how many
+/// pipelines have no counterpart. If the file has no pipeline of this device and driver, a note says so, and there are no
+/// lines.
 fn worse(pipelines: &[Pipeline], stored: &[Pipeline], path: &Path) -> Vec<String> {
     let Some(first) = pipelines.first() else {
         return Vec::new();

@@ -53,7 +53,8 @@ pub struct Args {
     /// Maximum number of scattering events of a path, instead of the value in the plan; without it, the plan decides
     #[arg(long, allow_negative_numbers = true)]
     bounces: Option<u32>,
-    /// Use a quarter of the seeds and a quarter of the references' samples per pixel, for a preview that proves nothing
+    /// Use a quarter of the seeds and a quarter of the references' samples per pixel, for a quick preview, which has too
+    /// few data to prove that a configuration is unbiased
     #[arg(long)]
     quick: bool,
     /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'; without it, the best
@@ -65,12 +66,13 @@ pub struct Args {
     tracer: TracerArg,
 }
 
-/// Renders the runs that the folder of `--output` does not hold yet. A run is one configuration on one scene with one
-/// seed, over all its frames. Then judges the results of all runs, writes them to the folder, and prints them.
+/// Renders the runs that the folder of `--output` does not hold yet. A run is one configuration on one scene with one seed,
+/// over all its frames. Then judges the results of all runs, writes them to the folder, and prints them.
 ///
 /// # Errors
 /// Wrong arguments or a wrong plan; a device or disk that fails; a signal; or a configuration that is biased although the
-/// plan expects it to be unbiased, that has rejected values, or that gives another picture when a seed is repeated.
+/// plan expects it to be unbiased, whose shaders rejected values such as NaN, or that gives another picture when a seed is
+/// repeated.
 pub fn run(args: &Args) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     let mut plan = Plan::open(&args.plan)?;
@@ -278,9 +280,10 @@ fn camera(
     Ok((moving.at(time)?, Some(moving)))
 }
 
-/// Returns an error if rows make the study fail; its message lists them. A row holds the results of one configuration on one
-/// scene. Also prints a note that lists the rows that should prove a configuration unbiased but lack data for the proof,
-/// each with the key of the plan that the user should raise.
+/// Returns an error that lists the rows with a fault. A row holds the results of one configuration on one scene. Its fault
+/// is that shaders rejected values such as NaN, that a repeated seed gave another picture, or that it is biased although
+/// the plan expects it to be unbiased. Also prints a note on rows that have too few data to prove that they are unbiased,
+/// with the key of the plan that the user should raise.
 fn verdict(rows: &[Row]) -> Result<()> {
     let open: Vec<String> = (rows.iter())
         .filter_map(|row| {

@@ -35,10 +35,11 @@ macro_rules! declare_contents {
             pub environment_turn: Vec2,
         }
 
-        /// An upper bound of the size of each buffer in bytes, which is known before the bounding volume hierarchies (trees)
-        /// are built. By these bounds the program chooses how shaders access the scene, and refuses a scene that is too
-        /// large for the device. Only `nodes` has no bound (its value is 0), because its size is known after the trees are
-        /// built; except for meshes with very few triangles, the nodes of a mesh take fewer bytes than its positions.
+        /// An upper bound of the size of each buffer in bytes, which is known before the bounding volume hierarchies
+        /// (trees) are built. By these bounds the program chooses how shaders access the scene, and refuses a scene that is
+        /// too large for the device. Only `nodes` has no bound (its value is 0), because the number of nodes is known only
+        /// after the trees are built. The choice does not need this bound: except for meshes with very few triangles, the
+        /// nodes of a mesh take fewer bytes than its positions.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 
@@ -176,9 +177,9 @@ pub fn is_fetched(name: &str) -> bool {
             .any(|b| b.name == name && b.elements.are_words())
 }
 
-/// The Vulkan usages that the buffer with this name needs for shaders of `variant` (tracer and access to memory). Every
-/// buffer can be a storage buffer. This function adds the usage as a texel buffer, or as an input from which the driver
-/// builds acceleration structures.
+/// The Vulkan usages with which the buffer `name` is created, so that shaders of `variant` (tracer and access to memory)
+/// can read it. Every buffer is a storage buffer. If the variant reads this buffer as texels, it is also a texel buffer.
+/// With ray queries, `positions` is also an input from which the driver builds acceleration structures.
 pub fn usage(name: &str, variant: Variant) -> Usage {
     Usage {
         texels: is_fetched(name) && variant.fetch == Fetch::Texels,

@@ -33,23 +33,24 @@ pub struct Tree {
     pub depth: u32,
 }
 
-/// Options of the builder for trees over triangles. Triangles are not split: each is in exactly one leaf, so that the
-/// order of the leaves is a permutation of the triangles, and a hit identifies its triangle.
+/// Options of the builder for trees over triangles. Triangles are not split: each is in exactly one leaf, so that the order
+/// of the leaves is a permutation of the triangles, and a hit identifies its triangle.
 ///
-/// The build of a tree over 57,000 triangles takes 0.01 s longer with the preset `slow_build` than with `medium_build`,
-/// and path tracing of the scenes `atrium`, `garage` and `night-city` then spends 3 to 6 % less time on rays. With
+/// The build of a tree over 57,000 triangles takes 0.01 s longer with the preset `slow_build` than with `medium_build`, and
+/// path tracing of the scenes `atrium`, `garage` and `night-city` then spends 3 to 6 % less time on rays. With
 /// `very_slow_build`, the build takes another 0.05 s, and rays take another 1 to 5 % less time.
 ///
 /// A leaf holds at most two triangles. With larger leaves, a ray tests more triangles, while most lanes of the GPU are
-/// idle; smaller leaves make more nodes. With limits of 3, 2 and 1 triangles, the relative times of path tracing are 1,
-/// 0.95 and 0.97 in `atrium`; 1, 0.98 and 1.01 in `garage`; 1, 1.00 and 1.23 in `cornell`.
+/// idle; smaller leaves make more nodes. As a fraction of the time with a limit of 3 triangles, path tracing with limits of
+/// 2 and 1 takes 0.95 and 0.97 in `atrium`, 0.98 and 1.01 in `garage`, and 1.00 and 1.23 in `cornell`.
 const TRIANGLES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 2,
     ..BvhBuildParams::slow_build()
 };
-/// Options of the builder for trees over instances. A leaf holds one instance: with more, a ray would enter instances
-/// whose boxes it misses, and transforming the ray into an instance is expensive.
+/// Options of the builder for trees over boxes: those over instances, and the binary trees of light BVHs. A leaf holds one
+/// box. With more instances in a leaf, a ray would enter instances whose boxes it misses, and transforming the ray into an
+/// instance is expensive.
 const INSTANCES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 1,
@@ -162,8 +163,9 @@ pub struct BinaryNode {
     pub low: Vec3,
     /// The largest x, y and z of the node's box, in the space of the input boxes.
     pub high: Vec3,
-    /// The index in the array of the first node after this one that is not its descendant. A traversal that skips the
-    /// descendants continues there. For a first child, it is the index of the second child.
+    /// The index in the array of the first node after this one that is not its descendant, or the number of nodes if there
+    /// is none. A traversal that skips the descendants continues there. For a first child, it is the index of the second
+    /// child.
     pub next: u32,
     /// For a leaf, the index of its box in the input, with which the builder of the light BVH finds the lights in the box;
     /// NONE for an inner node.
@@ -232,8 +234,9 @@ fn aabbs(boxes: &[(Vec3, Vec3)]) -> Vec<Aabb> {
         .collect()
 }
 
-/// The maximum number of nodes of an eight-wide tree over `count` boxes. For a moving scene, the program reserves memory for
-/// this number of nodes. Each node has two or more children, except for a root that is the only node.
+/// The maximum number of nodes of an eight-wide tree over `count` boxes, for which the program reserves memory in a moving
+/// scene. It is `count` − 1, because each node has at least two children and the boxes themselves need no nodes; but at
+/// least 1, for the root.
 pub fn max_nodes(count: usize) -> usize {
     count.saturating_sub(1).max(1)
 }

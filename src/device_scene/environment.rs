@@ -17,9 +17,9 @@ const UNIFORM_FRACTION: f64 = 0.02;
 /// empty and the size is 0.
 #[derive(Clone, Debug, Default)]
 pub struct EnvironmentTexels {
-    /// One entry per texel, row by row from the zenith: red, green and blue are the radiance in the device's unit. The
-    /// fourth component is the probability density with which light samples draw points in the texel, per square radian
-    /// of longitude × latitude; shaders weight samples by it.
+    /// One entry per texel, row by row from the zenith. Red, green and blue are the radiance in the device's unit (the
+    /// scene's unit times a power of two). The fourth component is the probability density with which light samples draw
+    /// points in the texel, per square radian of longitude × latitude; shaders weight samples by it.
     pub texels: Vec<Vec4>,
     /// The alias table that draws texels, with one entry per texel. A draw picks an entry at random. If 32 random bits are
     /// below the first number of the entry, the entry's own texel is drawn; otherwise the texel whose index is the second

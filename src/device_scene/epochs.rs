@@ -17,8 +17,9 @@ use std::sync::{Mutex, MutexGuard};
 /// array states otherwise, the array first holds the elements as they are in the current frame. If something moves, the
 /// elements as they were in the previous frame follow.
 pub struct EpochContents {
-    /// The nodes of the trees over the instances: one tree for the current frame and, if something moves, one for the
-    /// previous frame. Later the nodes of the meshes' trees, which do not depend on time, are appended.
+    /// The nodes of the bounding volume hierarchies (trees) over the instances, in which compute shaders find the instances
+    /// that a ray may hit: one tree for the current frame and, if something moves, one for the previous frame. Later the
+    /// nodes of the meshes' trees, which do not depend on time, are appended.
     pub nodes: Vec<CwBvhNode>,
     /// The instance of each leaf of the trees over the instances: an index in `instances`. The entries have the order of the
     /// leaves. A shader that traverses such a tree reads here which instance the ray enters at a leaf.
@@ -110,16 +111,16 @@ pub struct PoseChange<'a> {
     /// The locked poses: that of the current frame, then that of the previous frame. While this guard exists, other threads
     /// cannot change the poses. The caller keeps the guard until it has written them to the buffers on the device.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
-    /// True if the pose that was current is now the previous one. With ray queries, its acceleration structure over the
-    /// instances is then reused. False if the time has jumped.
+    /// True if the pose that was current before this change is now the previous one; false if the time has jumped. If it is
+    /// true and rays are traced by ray queries, the acceleration structure over the instances of that pose is reused.
     pub advanced: bool,
     /// True for each pose that was computed anew: first the current pose, then the previous one. With ray queries, the
     /// acceleration structure over the instances of such a pose must be rebuilt.
     pub new: [bool; 2],
-    /// One transform for each instance of the scene, before static meshes are merged. It takes a point of the instance from
-    /// its position in the current frame to its position in the previous frame; both are in the device's world space
-    /// (relative to the scene's origin, in the device's unit of length). Shaders compute motion vectors with it, and find
-    /// where earlier samples were.
+    /// One transform for each instance of the original scene (before static meshes are merged). It takes a point of the
+    /// instance from its position in the current frame to its position in the previous frame; both are in the device's
+    /// world space (relative to the scene's origin, in the device's unit of length). Shaders compute motion vectors with
+    /// it, and find the pixel that showed a point in the previous frame.
     pub previous_transforms: Vec<GpuPreviousTransform>,
 }
 
@@ -182,8 +183,8 @@ impl MovingScene {
     }
 
     /// The lights as they are in the current frame, and the time of this frame in seconds. The light BVH updates its boxes
-    /// and powers with them. `known` is the time of the lights that the caller already has; if it is the same time, the
-    /// result is `None`.
+    /// and powers with them. `known` is the time, in seconds, of the lights that the caller already has. If the current
+    /// frame has the same time, the result is `None`.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.
@@ -192,10 +193,10 @@ impl MovingScene {
         Ok((now.time != known).then(|| (now.lights.clone(), now.time)))
     }
 
-    /// One transform for each instance of the scene, before static meshes are merged. It takes a point of the instance from
-    /// its position in the current frame to its position in the previous frame; both are in the device's world space
-    /// (relative to the scene's origin, in the device's unit of length). The buffer `previous_transforms` is first filled
-    /// with these transforms.
+    /// One transform for each instance of the original scene (before static meshes are merged). It takes a point of the
+    /// instance from its position in the current frame to its position in the previous frame; both are in the device's
+    /// world space (relative to the scene's origin, in the device's unit of length). The buffer `previous_transforms` is
+    /// first filled with these transforms.
     ///
     /// # Errors
     /// Posing the scene failed in another thread.

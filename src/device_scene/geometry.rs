@@ -11,8 +11,9 @@ use crate::shader_interface::NONE;
 use glam::{DAffine3, DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 
-/// The place of one mesh in the arrays of [`Geometry`], with the properties of the mesh that all its instances share. Each
-/// instance on the device gets a copy of the places, by which shaders find the triangles that a ray hits.
+/// The indices at which the data of one mesh begin in the arrays of [`Geometry`], with the properties of the mesh that all
+/// its instances share. Each instance on the device gets a copy of the indices, with which shaders find the data of a
+/// triangle that a ray hits.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshOffsets {
     /// The index of the mesh's first triangle in [`Geometry::positions`].
@@ -52,9 +53,10 @@ pub struct MeshOffsets {
     pub bounds: (Vec3, Vec3),
 }
 
-/// The triangles of all meshes, and the trees over them, in the form in which they are uploaded into the scene's buffers. In
-/// an array with entries per triangle, one mesh follows the other. An array of an optional attribute, such as vertex
-/// colours, has no entries for a mesh that lacks the attribute.
+/// The triangles of all meshes, and one tree per mesh over its triangles if rays are traced in compute, in the form in which
+/// they are uploaded into the scene's buffers. In an array with entries per triangle, the entries of one mesh follow those
+/// of the mesh before it. An array of an optional attribute, such as vertex colours, has no entries for a mesh that lacks
+/// the attribute.
 #[derive(Default)]
 pub struct Geometry {
     /// The stored positions of the three corners of each triangle. [`MeshOffsets::to_object`] converts stored positions to
@@ -67,8 +69,9 @@ pub struct Geometry {
     /// The texture coordinates of the three corners of each triangle. A mesh with two sets has two entries per triangle:
     /// first those of all its triangles for the first set, then those for the second set.
     pub uvs: Vec<[Vec2; 3]>,
-    /// The colours of the three corners of each triangle, for meshes with vertex colours. Each colour is RGBA in [0, 1] with
-    /// 16 bits per channel, from the lowest bits of its first word.
+    /// The colours of the three corners of each triangle, for meshes with vertex colours. Each colour is RGBA in [0, 1],
+    /// with 16 bits per channel. The first word has red in its lower half and green in its upper half; the second word has
+    /// blue and alpha in the same way.
     pub colors: Vec<[UVec2; 3]>,
     /// Three numbers per triangle, with which shaders find the material, the light and the instance of a hit. They exist for
     /// each mesh that has several parts (runs of triangles with one material), emits light, or was merged from several
@@ -230,13 +233,13 @@ impl Geometry {
     }
 }
 
-/// The bound of the sizes for which a mesh is stored without a scale: from 1 / `ORDINARY` to just below `ORDINARY`, in units
-/// of the mesh. The size of a mesh is the longest side of its box. For coordinates of such sizes, a product of two neither
-/// exceeds the range of f32 nor is so small that it loses digits.
+/// A mesh is stored without a scale if its size is at least 1 / `ORDINARY` and below `ORDINARY`, in units of the mesh. The
+/// size is the longest side of the box around the mesh. For coordinates of such sizes, a product of two neither exceeds the
+/// range of f32 nor is so small that it loses digits.
 const ORDINARY: f32 = (1_u64 << 40) as f32;
 
-/// The length, in units of the mesh, that is stored as 1. It is 1 for most meshes. For a mesh of extreme size ([`ORDINARY`])
-/// it is a power of two near `extent`, the longest side of the box around the mesh.
+/// The length, in units of the mesh, that is stored as 1. It is 1 if `extent`, the longest side of the box around the mesh,
+/// is at least 1 / [`ORDINARY`] and below [`ORDINARY`]. Otherwise it is a power of two near `extent`.
 fn unit_of(extent: f32) -> f32 {
     if (ORDINARY.recip()..ORDINARY).contains(&extent) {
         return 1.0;
@@ -262,7 +265,8 @@ fn pack_color(color: Vec4) -> UVec2 {
 }
 
 /// Packs the direction of a tangent by [`pack_octahedral`], and sets the lowest bit to 1 if `tangent.w`, the sign of the
-/// bitangent, is negative. A tangent of length 0 becomes +X: its vertex has no normal map, so that shaders never read it.
+/// bitangent, is negative. A tangent of length 0 is packed as +X. Shaders never read it, because the surface at such a
+/// vertex has no normal map.
 fn pack_tangent(tangent: Vec4) -> u32 {
     let direction = tangent.truncate().try_normalize().unwrap_or(Vec3::X);
     pack_octahedral(direction) & !1 | u32::from(tangent.w < 0.0)

@@ -58,12 +58,12 @@ pub struct Lights {
     /// probability 0. Empty if no light is rare.
     pub rare_choices: Vec<GpuLightChoice>,
     /// One flag per light of all kinds: true if the light is rare, that is, far dimmer than the others. The light BVH leaves
-    /// out these lights if each kind of light (direct, indirect) that draws from it has separate candidates for rare lights.
-    /// Empty if no light is rare.
+    /// rare lights out if separate candidates are drawn from them wherever candidates are drawn from the tree. Empty if no
+    /// light is rare.
     pub rare: Vec<bool>,
-    /// The power of each light of all kinds, divided by π, in the device's units; the light BVH takes the sizes of its boxes
-    /// and the weights of its lights from it. The powers of distant lights (directional lights and the environment) are
-    /// scaled down so that their sum is at most the sum of the powers of all other lights.
+    /// The power of each light of all kinds, divided by π, in the device's units of radiance × squared length. From it, the
+    /// light BVH computes the sizes of its boxes and the weights of its lights. The powers of distant lights (directional
+    /// lights and the environment) are scaled down so that their sum is at most the sum of the powers of all other lights.
     pub powers: Vec<f64>,
     /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance; 0
     /// if none of them has power. For each pixel, shaders divide by it the luminance that arrives through the pixel from the
@@ -152,8 +152,9 @@ impl LightSources {
     }
 
     /// Computes the lights at one time. `transform_of` returns the current transform of an instance, from object to world
-    /// space. `emission` has pairs of the index of a material and its current emission, `moved` pairs of the index of a
-    /// punctual light and its current transform. All other materials and punctual lights are as in the scene.
+    /// space. `emission` has pairs of the index of a material and its current emission, a linear RGB radiance in W/(m²·sr).
+    /// `moved` has pairs of the index of a punctual light and its current transform to world space. All other materials and
+    /// punctual lights are as in the scene.
     pub fn placed(
         &self,
         transform_of: impl Fn(u32) -> DAffine3,
@@ -213,9 +214,9 @@ impl LightSources {
 }
 
 /// Scales the powers of distant lights (directional lights and the environment) down, if needed, so that their sum is at
-/// most the sum of the powers of all other lights. Distant lights then get at most half of the candidates, because it is
-/// unknown which fraction of their light arrives, for example in a room with windows. If the other lights have no power,
-/// nothing changes.
+/// most the sum of the powers of all other lights. Distant lights then get at most half of the light candidates that are
+/// drawn by power. Without the limit they could get nearly all, even in a room with windows, where little of their light
+/// arrives. If the other lights have no power, nothing changes.
 fn limit_distant(powers: &mut [f64], is_distant: impl Fn(usize) -> bool) {
     let (mut near, mut far) = (0.0, 0.0);
     for (index, power) in powers.iter().enumerate() {

@@ -113,10 +113,10 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
-/// The smallest product of texture alpha and vertex alpha at which a surface of a material with alpha mode mask is present;
-/// at a smaller product there is a hole. The surface is present where this product × the material's own alpha is at least
-/// `cutoff`. For a material with a base colour texture, the result is lower by a relative tolerance of 4 · 2⁻²³, because
-/// devices round texel values.
+/// The smallest product of texture alpha and vertex alpha at which shaders treat a surface of a material with alpha mode
+/// mask as present. At a smaller product there is a hole. The surface is present where this product × the material's own
+/// alpha is at least `cutoff`, the alpha cutoff of the material. For a material with a base colour texture, the result is
+/// lower by a relative tolerance of 4 · 2⁻²³, because devices round texel values.
 fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     // From two steps below the rounded quotient: no smaller product reaches the cutoff.
     let mut least = (cutoff / material.alpha).next_down().next_down();

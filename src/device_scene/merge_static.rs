@@ -96,7 +96,8 @@ pub struct ElementCounts {
     /// The number of punctual lights in the scene, which is the number of entries in the buffer `punctual_lights` for each
     /// epoch (the current and, if something moves, the previous frame).
     pub punctual_lights: u64,
-    /// The number of texels in the image of the environment; 0 for a scene without an environment.
+    /// The number of texels in the image of the environment, and so of entries in the buffers `environment` and
+    /// `environment_columns`; 0 for a scene without an environment.
     pub environment_texels: u64,
     /// The number of epochs, that is, of the frames whose instances and lights are stored at the same time. It is 2, for the
     /// current and the previous frame, if something moves; otherwise 1.
@@ -265,9 +266,9 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
     }
 }
 
-/// Appends a mesh to the merged mesh `whole`. Its positions, normals and tangents are transformed by `transform`. If only
-/// one of the two meshes has colours, tangents or a set of texture coordinates, the vertices of the other mesh get neutral
-/// values.
+/// Appends `mesh` to the merged mesh `whole`. `transform` is applied to the positions, normals and tangents of `mesh`. If
+/// only one of the two meshes has colours, tangents or a set of texture coordinates, the vertices of the other get white as
+/// colour, and zeros otherwise. Shaders never read these zeros.
 fn append(whole: &mut Mesh, mesh: &Mesh, transform: DAffine3) {
     let turn = transform.matrix3.inverse().transpose();
     // A triangle's front is the side from which object space shows it counter-clockwise; a

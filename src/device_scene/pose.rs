@@ -15,13 +15,13 @@ use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
 
 /// Computes the pose of a scene at any time: its instances, its lights and the tree over the instances. It holds all data
-/// that do not depend on time, so that a frame only states the current transforms and emission of what changes.
+/// that do not depend on time. So [`ScenePoser::pose_at`] needs only the current transforms and emission of what changes.
 pub struct ScenePoser {
     units: Units,
     instances: Vec<TracedInstance>,
-    /// The index in `instances` of each instance of the original scene; the key is the index in the original scene. The
-    /// poses of moving instances give original indices, and are looked up in this map. Instances whose meshes are merged
-    /// into larger meshes never move, and are not in the map.
+    /// For each instance of the original scene whose mesh is not merged with others, its index in `instances`. The key is
+    /// the index in the original scene. A pose gives the transforms of moving instances by original indices, which are
+    /// looked up here. Instances with merged meshes never move, and are not in the map.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
     trees: bool,
@@ -50,8 +50,8 @@ pub struct ScenePose {
     pub time: f64,
     /// All traced instances (after static meshes are merged) with their transforms, in the form in which shaders read them,
     /// but for one field: `root_node` is here the index of the mesh's root in [`Geometry::nodes`]. In the device's buffer of
-    /// nodes, the trees over the instances come first. When the instances are uploaded, their number of nodes is therefore
-    /// added to `root_node`.
+    /// nodes, the trees over the instances come first, and the content of [`Geometry::nodes`] follows. So the index at which
+    /// this content begins is added to `root_node` when the instances are uploaded.
     pub instances: Vec<GpuInstance>,
     /// The indices in `instances` of all instances that rays can hit; only these are in the tree or the acceleration
     /// structure. An instance is left out if its transform flattens it to a plane, a line or a point.
@@ -120,8 +120,8 @@ impl ScenePoser {
         }
     }
 
-    /// The emissive triangles in object space, in the order of the lights' indices. Their groups (triangles with common
-    /// corners) and their texture coordinates are computed from them.
+    /// The emissive triangles in object space, in the order of the lights' indices. Callers find the groups of triangles
+    /// with common corners in this list, and look up the texture coordinates of the triangles.
     pub fn emitter_triangles(&self) -> &[EmitterTriangle] {
         &self.sources.emitter_triangles
     }
@@ -136,7 +136,8 @@ impl ScenePoser {
     /// move, and the emission of each material whose emission changes.
     ///
     /// # Errors
-    /// The transform of an instance or punctual light is not finite, or puts it further away than can be rendered.
+    /// The transform of an instance or punctual light is not finite, or moves it further from the origin of the device's
+    /// coordinates than can be rendered.
     pub fn pose_at(&self, time: f64, pose: Pose) -> Result<ScenePose> {
         let mut to_world: Vec<DAffine3> =
             self.instances.iter().map(|i| i.object_to_world).collect();

@@ -7,12 +7,13 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The maximum power of all rare emitters together, as a fraction of the power of all emitters. The dimmest emitters are
-/// rare, as many as stay below this fraction in sum. Draws by power seldom select such an emitter, and if it is drawn, a
-/// brighter emitter nearly always replaces it in the reservoir.
+/// The power of all rare emitters together is below this fraction of the power of all emitters. The dimmest emitters become
+/// rare first, in order of their power, and the next one is no longer rare if it would break this limit or that of [`PART`].
+/// Draws by power seldom select a rare emitter, and if it is drawn, a brighter emitter nearly always replaces it in the
+/// reservoir.
 const FRACTION: f64 = 1.0 / 96.0;
 
-/// The maximum power of a rare emitter, as a fraction of the mean power of all emitters that have power. So no emitter is
+/// The power of a rare emitter is below this fraction of the mean power of all emitters that have power. So no emitter is
 /// rare in a scene whose emitters have similar powers.
 const PART: f64 = 1.0 / 8.0;
 
@@ -77,9 +78,9 @@ impl RareLights {
     }
 
     /// One weight per light, in proportion to which the separate candidates of rare lights select the light; 0 for a light
-    /// that is not rare. The weights of the lights of one emitter are in proportion to their current `powers` and add up to
-    /// 1, so that all emitters are equally likely. An emitter without power now has only weights of 0. But if no rare
-    /// emitter has power, the weights of each emitter are equal and add up to 1.
+    /// that is not rare. The weights of a rare emitter's lights are in proportion to their current `powers` and add up to 1,
+    /// so that all rare emitters that have power now are equally likely. The weights are 0 for rare emitters without power
+    /// now. But if no rare emitter has power now, each gets equal weights for its lights, which add up to 1.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());

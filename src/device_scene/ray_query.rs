@@ -23,9 +23,10 @@ pub struct RayQueryScene {
 }
 
 impl RayQueryScene {
-    /// Builds a bottom-level structure for each mesh, and `tops` equal top-level structures over the instances. `positions`
-    /// is the buffer with the triangles of all meshes. `visible` has the indices of the instances that are included, and
-    /// `mesh_of` has the index in `meshes` of each instance's mesh.
+    /// Builds a bottom-level structure for each mesh, and top-level structures over the instances. `tops` is the number of
+    /// the latter: 2 if something moves, for the current and the previous frame, otherwise 1. `positions` is the buffer with
+    /// the triangles of all meshes. `visible` has the indices of the instances that are included, and `mesh_of` has the
+    /// index in `meshes` of each instance's mesh.
     ///
     /// # Errors
     /// The device lacks memory, was opened without ray query, or there are more than 2²⁴ instances.

@@ -54,10 +54,11 @@ pub struct GpuScene {
     /// The lights at time 0, in the device's units, for which the light BVH is built.
     first_lights: Lights,
     /// For each emissive triangle, the index of the first emissive triangle of its group. A group is the triangles of an
-    /// instance that are connected by common corners; the light BVH treats it as one light where it can.
+    /// instance that are connected by common corners. The light BVH makes clusters from the groups, and `candidates=auto`
+    /// counts them.
     pub light_groups: Vec<u32>,
-    /// For each traced instance (after static meshes are merged), the number of triangles in its mesh.
-    /// [`GpuScene::surface_points`] draws random points on the surfaces by these numbers.
+    /// For each traced instance (after static meshes are merged), the number of triangles of its mesh.
+    /// [`GpuScene::surface_points`] reads it to visit the triangles of all instances.
     triangle_counts: Vec<u32>,
 }
 
@@ -68,8 +69,8 @@ impl GpuScene {
     ///
     /// # Errors
     /// The scene has more triangles or lights than shaders can index, or exceeds the memory of the host or the device, or
-    /// another limit of the device. Its pose at time 0 reaches further than can be rendered. Or the device was opened
-    /// without a feature that `variant` uses.
+    /// another limit of the device. At time 0, something is further from `origin` than can be rendered. Or the device was
+    /// opened without a feature that `variant` uses.
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
@@ -180,7 +181,8 @@ impl GpuScene {
     /// time, or if the device has both states already.
     ///
     /// # Errors
-    /// At one of the times, something reaches further than can be rendered; or the device cannot be updated.
+    /// At one of the times, something is further from the origin of the device's coordinates than can be rendered. Or the
+    /// device cannot be updated.
     pub fn set_pose(&self, now: f64, before: f64) -> Result<()> {
         let Some(moving) = &self.moving else {
             return Ok(());

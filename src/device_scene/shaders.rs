@@ -140,7 +140,7 @@ impl Fingerprints {
 
 /// [`Fingerprints::all`] of the shaders in the folder of `HEADWATER_GLSL`; `None` if the variable is not set, because the
 /// commit of the program then identifies the embedded shaders. It is stored in the metadata of pictures. `--resume` compares
-/// it, so that it adds no samples of other shaders to a picture.
+/// it, so that all samples of a picture are computed by the same shaders.
 ///
 /// # Errors
 /// The folder cannot be read.

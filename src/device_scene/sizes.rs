@@ -40,8 +40,8 @@ pub struct SceneSizes {
     /// The number of emissive triangles in the world, which must not exceed 2²⁹, the number that a reservoir can index. A
     /// triangle counts once for each instance of its mesh.
     pub triangle_lights: u64,
-    /// An upper bound of each buffer's size in bytes. The buffer of the trees' nodes counts as 0, because the number of
-    /// nodes is not known before the trees are built.
+    /// An upper bound of the size in bytes of each buffer except that of the trees' nodes. The latter counts as 0, because
+    /// the number of nodes is not known before the trees are built.
     pub bytes: BufferBytes,
     /// The number and the largest sizes of the scene's images, for the case that shaders sample images.
     pub images: ImageSizes,
@@ -59,9 +59,9 @@ impl SceneSizes {
         }
     }
 
-    /// The name of the largest buffer, and its size in bytes. Only buffers count for which `counts`, called with the
-    /// buffer's name, returns true; if there are none, the result is an empty name and 0. The choice of the shader variant
-    /// compares the size with the limits for bindings and texel buffers.
+    /// The name and the size in bytes of the largest buffer. A buffer is left out if `counts`, called with its name, returns
+    /// false; if all are left out, the result is an empty name and 0. To choose the shader variant, the size is compared
+    /// with the limits for bindings and texel buffers.
     pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
         let counted = buffers.filter(|(name, _)| counts(name));

@@ -19,8 +19,8 @@ pub struct Units {
     pub radiance: f64,
 }
 
-/// Half of the bound for coordinates on the device: the absolute value of each coordinate is below 2 · `FARTHEST` = 2⁵¹, so
-/// that its square is within the range of f32. The unit of length is chosen large enough for this.
+/// On the device, the absolute value of each coordinate is below twice this number, 2⁵¹, so that its square is within the
+/// range of f32. The unit of length is chosen large enough for this.
 const FARTHEST: f64 = (1_u64 << 50) as f64;
 
 impl Units {
@@ -78,7 +78,7 @@ impl Units {
     }
 
     /// The largest distance from [`Units::origin`] along an axis, in scene units, at which something can be stored on the
-    /// device. A pose (state of the scene at one time) that reaches further is refused.
+    /// device. A pose (state of the scene at one time) with something further away is refused.
     pub fn farthest(&self) -> f64 {
         2.0 * FARTHEST * self.length
     }

@@ -111,14 +111,15 @@ fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
 /// blocks of the function are emptied.
 struct Reached<'a> {
     constants: &'a HashMap<Word, u32>,
-    /// Ids of the values that instructions of the function compute, whether the instructions are reached or not. Nothing is
-    /// known about such a value until its instruction is reached. Values that are not in this set and not constants are
-    /// always [`Known::Varies`].
+    /// Ids of the values that the instructions of the function compute, in all its blocks. Nothing is known about such a
+    /// value until the search finds that the block of its instruction may run. Values that are neither in this set nor
+    /// constants are always [`Known::Varies`].
     own: HashSet<Word>,
     /// Ids of the function's variables that are only loaded and stored as a whole, as [`whole_variables`] finds them.
     variables: HashSet<Word>,
-    /// What is known, by id, about the values of instructions and about the content of each of the `variables`. An id is
-    /// missing until its instruction, or a store to the variable, is reached.
+    /// What is known so far about the values in the function, by id: the results of its instructions, and the content of its
+    /// `variables`. A result is missing until the search finds that the block of its instruction may run. A variable is
+    /// missing until the search finds that a store to it may run.
     known: HashMap<Word, Known>,
     /// Labels of the blocks that may run, as far as the search has found them.
     blocks: HashSet<Word>,

@@ -13,7 +13,8 @@ pub enum DriverKind {
     /// The device runs on Mesa's Vulkan driver for the CPU, llvmpipe (also called lavapipe). Before Mesa 25, the driver may
     /// end the loops of an invocation after a number of iterations.
     Llvmpipe {
-        /// Major version of Mesa. It is 0, and counts as an old version, if the driver does not report it.
+        /// Major version of Mesa, which decides whether the driver limits loop iterations (before 25). It is 0 if the driver
+        /// does not report it; the driver then counts as one with the limit.
         mesa: u32,
     },
     /// The device runs on SwiftShader, Google's Vulkan driver for the CPU. It is slower with buffer addresses than with
@@ -95,9 +96,9 @@ pub struct DeviceInfo {
     /// The maximum number of texels, of 16 bytes each, in a buffer that shaders read as texels. It limits the size of the
     /// data for which the shader variant chooses this kind of access, such as the nodes of trees.
     pub max_texels: u32,
-    /// The maximum number of images that one pass can bind. On some devices, bound buffers count as images too, so a scene
-    /// may only have this number minus 64 images. If it has more, all its textures are stored in one buffer instead of
-    /// images.
+    /// The maximum number of images that one pass can bind. On some devices, bound buffers count as images too, so 64 of
+    /// these bindings are kept free for buffers, and a scene may have only as many images as remain. If it has more, all its
+    /// textures are stored in one buffer instead of images.
     pub max_sampled_images: u32,
     /// The maximum width and height of an image, in texels. If a texture is larger, all textures of the scene are stored in
     /// one buffer instead of images. If the user has requested images, the scene is refused.

@@ -12,14 +12,15 @@ use std::sync::{Arc, RwLock, RwLockReadGuard, RwLockWriteGuard};
 /// device meanwhile.
 static LISTS: RwLock<()> = RwLock::new(());
 
-/// Locks [`LISTS`] for reading, while an object is given a name. The Vulkan loader then searches its lists of instances and
-/// devices. Several threads can hold the lock for reading at the same time, but none can then open or close a device.
+/// Locks [`LISTS`] for reading. The caller holds the lock while it gives an object a name, because the Vulkan loader then
+/// searches its lists of instances and devices. Several threads can hold the lock for reading at the same time, but
+/// meanwhile none can open or close a device.
 pub(super) fn walk_lists() -> RwLockReadGuard<'static, ()> {
     LISTS.read().unwrap_or_else(|e| e.into_inner())
 }
 
-/// Locks [`LISTS`] for writing, while an instance or a device is opened or closed. The Vulkan loader then changes its lists
-/// of instances and devices. No other thread can hold the lock at the same time.
+/// Locks [`LISTS`] for writing. The caller holds the lock while it opens or closes an instance or a device, because the
+/// Vulkan loader then changes its lists of instances and devices. No other thread can hold the lock at the same time.
 pub(super) fn change_lists() -> RwLockWriteGuard<'static, ()> {
     LISTS.write().unwrap_or_else(|e| e.into_inner())
 }

@@ -40,10 +40,9 @@ pub enum Resource<'a> {
 /// resource to the binding of the same name in the shader. The macro [`bindings!`](crate::bindings) declares structures that
 /// implement this trait.
 pub trait Bindings<'a> {
-    /// The resources that the shader must use, each with the name of its binding.
-    /// [`Recording::pass`](super::Recording::pass) returns an error if the shader's code, before specialisation, uses no
-    /// binding of one of these names. If specialisation removes all code that uses a binding, its resource is allowed, but
-    /// is not bound.
+    /// The resources that the shader must use, each with the name of its binding. The shader's code, before specialisation,
+    /// must use a binding of each of these names; otherwise [`Recording::pass`](super::Recording::pass) returns an error. If
+    /// specialisation removes all code that uses a binding, its resource is allowed, but is not bound.
     fn own(&self) -> Vec<(&'static str, Resource<'a>)>;
 
     /// The resources that the shader may use, each with the name of its binding. A resource is bound only if the specialised
@@ -187,9 +186,9 @@ impl ComputePass {
     }
 
     /// The resources to bind to `program`, in the order of its bindings. It is an error if a binding has no resource, if the
-    /// shader does not name a required resource, or if two resources have the same name. It is also an error if a storage
-    /// buffer is larger than the device can bind, or if a resource has another kind or access (read or write) than the
-    /// shader declares.
+    /// shader's code does not use a binding for a resource of [`Bindings::own`], or if two resources have the same name. It
+    /// is also an error if a storage buffer is larger than the device can bind, or if a resource has another kind or access
+    /// (read or write) than the shader declares.
     pub(super) fn resolve<'a>(
         &self,
         program: &Program,

@@ -1,5 +1,5 @@
-//! Recorders and submissions. A recorder is a command buffer with the objects that run it; the device keeps it for reuse. A
-//! submission is a recorder whose commands may still run.
+//! Recorders and submissions. A recorder is a command buffer with the objects that are needed to run it; the device keeps it
+//! for reuse. A submission is a recorder whose commands may still run.
 
 use ash::vk;
 use std::time::Instant;
@@ -8,9 +8,10 @@ use std::time::Instant;
 /// further regions run, but their time is not measured.
 pub(super) const MAX_TIMED_REGIONS: u32 = 256;
 
-/// A command buffer and the objects that are needed to run it. The device keeps idle recorders for reuse, because of a fault
-/// of the validation layers (1.3.239): they forget a destroyed command buffer late, in a separate thread and without a lock.
-/// If a new command buffer has received the same address by then, the heap is damaged.
+/// A command buffer and the objects that are needed to run it. The device keeps idle recorders for reuse instead of
+/// destroying them. This avoids a fault of the validation layers (1.3.239), which forget a destroyed command buffer late, in
+/// a separate thread and without a lock. If a new command buffer has received the same address by then, they damage the
+/// heap.
 #[derive(Clone, Copy)]
 pub(super) struct Recorder {
     pub(super) raw: vk::CommandBuffer,

@@ -322,9 +322,8 @@ mod tests {
     use super::*;
     use crate::gpu::{DeviceInfo, Features, Instance, InstanceOptions, Usage};
 
-    /// Records two writes of a buffer without a barrier between them, and checks that the messages of the device contain
-    /// this hazard, as synchronization validation reports it. If such reports were lost, no other test would find a missing
-    /// barrier.
+    /// Records two writes of a buffer without a barrier between them, and checks that synchronization validation reports
+    /// this hazard among the messages of the device. If such reports were lost, no other test would find a missing barrier.
     #[test]
     fn a_planted_hazard_is_caught() {
         let instance = Instance::new(InstanceOptions {

@@ -96,8 +96,8 @@ fn words_of(operands: &[Operand], values: &HashMap<u32, u32>) -> Option<Vec<u32>
 }
 
 /// The result of an operation on booleans (0 or 1) or unsigned 32-bit integers, for specialisation and the removal of dead
-/// code. It is `None` for an operation that is not in the list below; Headwater's shaders need no others. Such an operation
-/// stays in the shader, and the driver computes it.
+/// code. It can compute logical operations, comparisons, `OpSelect`, +, − and ×. For any other operation, the result is
+/// `None`. Such an operation stays in the shader, and the driver computes it.
 pub(super) fn fold(operation: Op, operands: &[u32]) -> Option<u32> {
     let result = match (operation, operands) {
         (Op::LogicalNot, [a]) => u32::from(*a == 0),
@@ -140,8 +140,8 @@ mod tests {
             results.at[5] = COUNT / 2u;
         }";
 
-    /// Specialises the test shader `SHADER` with `constants`, and returns the values that it stores to `results`, in order.
-    /// `None` stands for a value that is not a constant, because the driver must still compute it.
+    /// Specialises the test shader `SHADER` with `constants`, and returns the values that it stores to `results`, in the
+    /// order of the stores. `None` stands for a value that is not a constant, because the driver must still compute it.
     fn stored(constants: &[(u32, u32)]) -> Vec<Option<u32>> {
         let words = compiler::compile("test.comp", SHADER, &Sources::new(), &[]).unwrap();
         let mut module = parse(&words).unwrap();

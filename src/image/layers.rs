@@ -54,9 +54,9 @@ impl Image {
     }
 
     /// Finds the layer that has float channels with all of `names` and with none of `others`, and returns its name. Channels
-    /// without a layer are taken first; their name is "". Otherwise the only layer that fits is taken or, if several fit,
-    /// the only one of them that is called Combined. The result is `None` if no layer fits, and an error if several fit and
-    /// this rule does not decide.
+    /// without a layer are taken first; the returned name is then empty. Otherwise the only layer that fits is taken or, if
+    /// several fit, the only one of them that is called Combined. The result is `None` if no layer fits, and an error if
+    /// several fit and this rule does not decide.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
         let layers = self.channels.keys().filter_map(|channel| {
             let layer = channel.strip_suffix(names[0])?;

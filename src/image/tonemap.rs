@@ -2,16 +2,19 @@
 
 use crate::shader_interface::{TONE_DESATURATION, TONE_KNEE};
 
-/// Maps linear RGB radiance to linear RGB display brightness in [0, 1], by the Khronos PBR neutral tone mapper without its
-/// toe.
+/// Maps linear RGB radiance, after exposure, to linear RGB display brightness in [0, 1], by the Khronos PBR neutral tone
+/// mapper without its toe.
 ///
-/// If the largest component is at most 0.8, the colour does not change, so that dark and middle tones are the radiance
-/// itself and pictures can be compared with those of other renderers. A larger value of the largest component is mapped by a
-/// hyperbola, which begins with the same slope and tends to 1, so that lights keep some shape. The other components keep
-/// their ratio to the largest one. Then the colour is mixed with the grey of its largest component: the brighter the colour
-/// is, the greyer it becomes, because a colour far too bright for a display is seen as white. Neither step changes the hue,
-/// and every component rises with exposure. The toe, an offset for 4 % of specular reflection, is left out because it
-/// changes dark tones. Negative values and NaN become 0.
+/// A colour whose largest component is at most 0.8 does not change, so that dark and middle tones can be compared with those
+/// of other renderers. In a brighter colour, the largest component is mapped by a hyperbola, which begins at 0.8 with slope
+/// 1 and tends to 1. The other components keep their ratio to the largest one.
+///
+/// Then the brighter colour is mixed with the grey of its largest component. The share of the grey grows with the
+/// brightness, because a colour far too bright for a display is seen as white. Neither step changes the hue, and every
+/// component rises with exposure.
+///
+/// The toe, an offset for 4 % of specular reflection, is left out because it changes dark tones. Negative values and NaN
+/// become 0.
 pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
     // Clamped so that the arithmetic below stays finite.
     let colour = radiance.map(|v| if v > 0.0 { v.min(f32::MAX) } else { 0.0 });

@@ -4,14 +4,14 @@
 use super::statistics::median;
 
 /// Errors of a picture against a reference, over all pixels and the three channels. `headwater compare` prints them, and
-/// studies list most of them for each frame.
+/// studies list all but [`Self::mean_ratio`] for each frame.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
     /// Root of the mean squared difference between the values of the picture and those of the reference, in the unit of
-    /// these values (radiance).
+    /// these values: W/(m²·sr) for radiance.
     pub rmse: f64,
-    /// Root of the mean squared difference after both pictures are clamped to [0, 1], the range of a display. So its own
-    /// range is also [0, 1].
+    /// The same as [`Self::rmse`], but after the values of both pictures are clamped to [0, 1], the range that a display can
+    /// show. It has the same unit, and is at most 1.
     pub rmse_clamped: f64,
     /// Mean of (a − b)² / (b² + 0.01), where a is the value of the picture and b that of the reference; it has no unit. Dark
     /// and bright pixels have similar weights in it. The constant 0.01 keeps the quotient finite where the reference is
@@ -55,10 +55,10 @@ impl Errors {
     }
 }
 
-/// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. For successive frames of
-/// an animation it is the temporal correlation of their noise, which studies report: 1 means the same pattern of noise in
-/// both frames. `a` and `b` are each a pair of a picture and its reference. If all errors of one picture are equal, the
-/// correlation is undefined, and the result is 0.
+/// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. The error of a value is
+/// its difference from the value of the reference. For successive frames of an animation it is the temporal correlation of
+/// their noise, which studies report: 1 means the same pattern of noise in both frames. `a` and `b` are each a pair of a
+/// picture and its reference. If all errors of one picture are equal, the correlation is undefined, and the result is 0.
 ///
 /// # Panics
 /// The four slices differ in length.
@@ -81,9 +81,9 @@ pub fn error_correlation(a: [&[[f32; 3]]; 2], b: [&[[f32; 3]]; 2]) -> f64 {
     }
 }
 
-/// The median over pixels of luminance / reference luminance. Each pair holds these two values of one pixel. Pixels that are
-/// black in the reference are left out; if none is left, the result is 1. Unlike the ratio of means, the median shows that
-/// most pixels lack light, even if a few bright pixels compensate for it.
+/// The median, over the pixels, of the picture's luminance divided by the reference's. Each pair holds these two luminances
+/// of one pixel, in the same unit. Pixels that are black in the reference are left out; if none is left, the result is 1.
+/// Unlike the ratio of means, the median shows that most pixels lack light, even if a few bright pixels compensate for it.
 pub fn median_ratio(pairs: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let lit = pairs.into_iter().filter(|(_, reference)| *reference > 0.0);
     let ratios: Vec<f64> = lit

@@ -7,7 +7,7 @@ use nv_flip::FlipImageRgb8;
 /// display, seen from a distance of 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
-/// The result of a FLIP comparison of two pictures: a number for tables and limits, and a picture that shows where they
+/// The result of a FLIP comparison of two pictures: their mean error as one number, and a picture that shows where they
 /// differ.
 pub struct Flip {
     /// The mean FLIP error over the pixels, in [0, 1]; 0 means equal pictures.
@@ -17,9 +17,10 @@ pub struct Flip {
     pub map: Vec<u8>,
 }
 
-/// Compares two pictures of linear RGB radiance, row by row from the top, as they look on a display with the resolution
-/// [`PIXELS_PER_DEGREE`]. `size` is (width, height) in pixels. Each picture is shown as radiance × 2^`exposure`, clamped to
-/// [0, 1] and encoded as 8-bit sRGB. There is no tone curve, because it would hide errors in bright areas.
+/// Compares two pictures as they look on a display with the resolution [`PIXELS_PER_DEGREE`]. Each picture has the linear
+/// RGB radiance of every pixel, row by row from the top. `size` is (width, height) in pixels. Each picture is shown as
+/// radiance × 2^`exposure`, clamped to [0, 1] and encoded as 8-bit sRGB. There is no tone curve, because it would hide
+/// errors in bright areas.
 ///
 /// # Panics
 /// A picture has fewer pixels than `size`.

@@ -3,8 +3,8 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::statistics::{Data, OrderStatistics};
 
-/// From this number of degrees of freedom ν on, the normal distribution replaces Student's. The relative difference of their
-/// quantiles z is about z²/4ν, which is less than 1e-5 for |z| < 6.
+/// The number of degrees of freedom ν from which on the normal distribution replaces Student's. The quantiles of the two
+/// distributions then differ by about the fraction z²/(4ν) of the normal quantile z, which is less than 1e-5 for |z| < 6.
 const NORMAL_FROM: f64 = 1e6;
 
 /// The expected count below which a bin is pooled with others before a χ² test (Cochran 1954). With smaller counts, the
@@ -52,8 +52,9 @@ impl Estimate {
         }
     }
 
-    /// Half the width of Student's confidence interval, whose centre is the estimated mean. The interval covers the true
-    /// mean with probability `confidence` in (0, 1). The result is infinite for fewer than two samples.
+    /// Half the width of Student's confidence interval, in the unit of the samples. The centre of the interval is the
+    /// estimated mean. The interval covers the true mean with probability `confidence` in (0, 1). The result is infinite for
+    /// fewer than two samples.
     pub fn t_interval_half_width(&self, confidence: f64) -> f64 {
         if self.samples < 2 {
             return f64::INFINITY;
@@ -138,9 +139,10 @@ pub(crate) fn t_tail(t: f64, degrees: f64) -> f64 {
     }
 }
 
-/// Holm's adjusted p-values, in the order of `p_values`, which each belong to one hypothesis. If all hypotheses with
-/// adjusted values below a level are rejected, the probability of any false rejection is below that level, however the tests
-/// depend on each other (Holm, "A simple sequentially rejective multiple test procedure", 1979).
+/// Holm's adjusted p-values for tests of several hypotheses. `p_values` has the p-value of each hypothesis, and the result
+/// has the same order. If all hypotheses with adjusted values below a level are rejected, the probability of any false
+/// rejection is below that level, however the tests depend on each other (Holm, "A simple sequentially rejective multiple
+/// test procedure", 1979).
 ///
 /// A p-value of NaN counts as 0, so that a test without a result is reported as significant.
 pub fn holm(p_values: &[f64]) -> Vec<f64> {
@@ -160,9 +162,9 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
 /// P-value of Pearson's χ² test that `observed` counts come from a distribution with the `expected` counts (Pearson 1900).
 /// Both slices have one entry per bin, in the same order, and must have the same sum.
 ///
-/// Bins with an expected count below 5 are pooled; a pool that is still below 5 is added to the other bin with the smallest
-/// expected count. The result is 0 if a bin has an expected count of 0 but an observed count above 0. It is 1 if fewer than
-/// two bins are left.
+/// All bins with an expected count below 5 are pooled into one bin. If its expected count is still below 5, it is added to
+/// the other bin with the smallest expected count. The result is 0 if a bin has an expected count of 0 but an observed count
+/// above 0. It is 1 if fewer than two bins are left.
 ///
 /// # Panics
 /// The slices differ in length.

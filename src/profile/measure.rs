@@ -51,7 +51,7 @@ pub struct Frame {
 /// If it returns an error, the measurement ends.
 ///
 /// # Errors
-/// The device fails, or the errors of `prepare`.
+/// The device fails, or `prepare` returns an error.
 pub fn measure(
     device: &Arc<Device>,
     renderer: &mut Renderer,

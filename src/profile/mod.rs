@@ -167,7 +167,7 @@ impl Profile {
     /// Computes a profile from the times of the frames: `warm_up` has those of the warm-up, `timed` the others, both in the
     /// order of the frames. `counts` has the counts of each pass in the first timed frame, and `memory` the buffers and
     /// images that exist after the last frame. `compiled` has the time to make each pipeline and the report of the driver's
-    /// compiler. The warm-up is used only for the first run of each pass.
+    /// compiler. From the warm-up, only the time of the first run of each pass is taken.
     pub fn new(
         subject: Subject,
         circumstances: Circumstances,

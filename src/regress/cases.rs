@@ -40,8 +40,8 @@ mod tests {
     use std::collections::BTreeSet;
 
     /// The choices of a user of the renderer that the regression tests must cover, as parts of command lines, such as
-    /// `--preset fast`. A test checks that each of them occurs in the arguments of at least one case. Otherwise a driver
-    /// could fail with a choice that no regression test uses.
+    /// `--preset fast`. A test checks that each of them occurs in the arguments of at least one case. Without a case, a
+    /// fault of a driver with this choice would stay unnoticed.
     fn choices() -> Vec<String> {
         let presets = presets::PRESETS
             .iter()

@@ -38,8 +38,8 @@ pub struct Step {
 }
 
 impl Step {
-    /// Makes a step (the hash of one buffer after one pass) from `output`, the hash that was recorded when the pass had run,
-    /// with the names of the pass and of the buffer. `frame` is the index of the frame in which the pass ran.
+    /// Makes a step (the hash of one buffer after one pass of one frame) from `output`, which contains the hash and the
+    /// names of the pass and of the buffer. `frame` is the index of the frame in which the pass ran.
     pub fn of(frame: u32, output: Output) -> Self {
         Self {
             frame,
@@ -117,8 +117,9 @@ pub struct Blessing {
     locations: Locations,
 }
 
-/// The beginning of the name of a temporary folder. Such folders contain new sets of golden frames that are being written. A
-/// folder of a program that was killed is recognised by it and removed.
+/// The beginning of the names of temporary folders, in which new sets of golden frames are written. If the program is
+/// killed, its folder stays. A later run that writes golden frames recognises such folders by this beginning and removes
+/// them.
 const WORK: &str = ".golden-";
 
 impl Blessing {

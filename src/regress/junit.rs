@@ -6,12 +6,12 @@ use crate::{Error, Result};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;
 
-/// The report as XML text. `results` has the name, the verdict and the duration of each case that has finished. `running` is
-/// the name of the case that runs now, which the report lists as an error: if the driver crashes in this case and ends the
-/// program, the report that was written last shows it.
+/// The report as XML text. `driver` is the name of the tested driver. `results` has the name, the verdict and the duration
+/// of each case that has finished. `running` is the name of the case that runs now, which the report lists as an error: if
+/// the driver crashes in this case and ends the program, the report that was written last shows it.
 ///
 /// # Errors
-/// The text cannot be written as XML, which does not happen for names that XML can hold.
+/// The XML library cannot write the text, which does not happen with the names in `cases.toml`.
 pub fn report(
     driver: &str,
     results: &[(String, Verdict, Duration)],

@@ -31,18 +31,19 @@ pub enum Verdict {
     Skipped(String),
 }
 
-/// The tolerance for values of a channel in the pictures of two drivers: two values agree if their difference is at most
-/// this fraction of the larger one. It allows for rounding. A pixel disagrees if one of its channels does.
+/// The tolerance for values of a channel in the pictures of two drivers, so that rounding is allowed. Two values agree if
+/// their difference is at most this fraction of the larger value. Two pixels disagree if their values in at least one
+/// channel do not agree.
 const NEAR: f32 = 1e-3;
 /// The largest fraction of pixels in which the pictures of two drivers may disagree; with more, the case fails. Some pixels
 /// always disagree, because rounding can change a random decision, and a path then takes another direction.
 const MAX_APART: f64 = 0.05;
-/// The largest allowed difference between the mean values of two drivers' pictures, as a multiple of the standard error of
-/// this difference. The case fails if the difference is larger and also exceeds [`ROUNDING`]: a driver then makes pictures
-/// brighter or darker, which rounding does not do.
+/// The largest allowed difference between the means of two drivers' pictures (of R + G + B over all pixels), as a multiple
+/// of the standard error of this difference. The case fails if the difference is larger and also exceeds [`ROUNDING`]:
+/// neither noise nor rounding then explains it.
 const MAX_DEVIATIONS: f64 = 4.0;
-/// A difference between the mean values of two drivers' pictures that is always accepted, even if it is many standard
-/// errors, because rounding alone can shift the mean this far. It is a fraction of the mean of the golden picture.
+/// The largest difference between the means of two drivers' pictures (of R + G + B over all pixels) that is always accepted,
+/// because rounding alone can shift the mean this far. It is a fraction of the mean of the golden picture.
 const ROUNDING: f64 = 1e-4;
 
 /// The verdict on a case whose golden frame is from the same driver, or for which `regress --exact` was given: every bit of
@@ -78,12 +79,13 @@ pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> V
     ))
 }
 
-/// The verdict on a case whose golden frame is from another driver. Rounding may change the values and the paths of some
-/// pixels. The case fails if more than 5 % of the pixels disagree, or if the means of the two pictures differ by more than
-/// the noise explains. `picture` is the golden picture.
+/// The verdict on a case whose golden frame is from another driver, so that rounding may change some values. The case fails
+/// if the pictures differ in size, if more than 5 % of the pixels disagree, or if the means of the pictures differ by more
+/// than noise and rounding explain. Two pixels disagree if their values of R, G or B differ by more than 0.1 % of the larger
+/// one. `picture` is the golden picture.
 ///
 /// # Errors
-/// One of the pictures has no channels `R`, `G`, `B`.
+/// One of the pictures lacks the channel `R`, `G` or `B`.
 pub fn judge_loosely(rendered: &Rendered, picture: &Image) -> Result<Verdict> {
     let (now, before) = (rendered.image.rgb()?, picture.rgb()?);
     if (rendered.image.width, rendered.image.height) != (picture.width, picture.height) {

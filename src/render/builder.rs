@@ -116,9 +116,9 @@ impl<'a> RendererBuilder<'a> {
         self
     }
 
-    /// Selects the Vulkan device: by its index in the list of `headwater info`, by its name or by a part of its name. If the
-    /// name of several devices fits, it is the first of them that can be used. Without this call, or with an empty text, the
-    /// first device in this order is used: discrete GPUs, integrated GPUs, virtual GPUs, CPUs.
+    /// Selects the Vulkan device: by its index in the list of `headwater info`, by its name or by a part of its name. If
+    /// several devices have a fitting name, the first usable one is taken. Without this call, or with an empty text, the
+    /// first usable device in this order is taken: discrete GPUs, integrated GPUs, virtual GPUs, CPUs.
     pub fn device(mut self, device: &str) -> Self {
         self.device = Some(device.to_owned());
         self

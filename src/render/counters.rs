@@ -108,9 +108,8 @@ pub struct Counters {
     /// name, and [`Counts`] are reported under it.
     passes: RefCell<Vec<String>>,
     counting: bool,
-    /// The values of all counters at the last call of [`Self::since_last`], or all 0 after [`Self::clear`]. Counts are the
-    /// differences between the counters now and these values, because reading does not reset the counters, and they may wrap
-    /// around.
+    /// The values of all counters at the last call of [`Self::since_last`], or all 0 after [`Self::clear`]. Reading does not
+    /// reset the counters, so a count is the difference between a counter's value now and its value here, modulo 2³².
     seen: Vec<u32>,
 }
 
@@ -156,8 +155,8 @@ impl Counters {
         })
     }
 
-    /// Sets the counters of all passes to 0, when a renderer is made or restarted. The next call of [`Self::since_last`]
-    /// returns the counts since then.
+    /// Sets the counters of all passes to 0. It is called when a renderer is made or restarted. The next call of
+    /// [`Self::since_last`] returns the counts since then.
     pub fn clear(&mut self) -> Result<()> {
         self.seen = vec![0; LENGTH];
         let mut recording = Recording::new(&self.device)?;
@@ -202,12 +201,12 @@ impl Counters {
         Ok(counts.collect())
     }
 
-    /// The number of values that shaders replaced by 0 since the counters were cleared, over all passes. They reject
+    /// The number of values that shaders replaced by 0 since the counters were cleared, over all passes. Shaders reject
     /// radiance and weights that are NaN, negative or too large. Such a value is a fault of a shader, and makes the picture
     /// too dark, so callers report the number or refuse the picture.
     ///
     /// # Errors
-    /// The errors of [`Self::assert_whole`].
+    /// The driver has ended a loop early, or the device fails.
     pub fn rejected(&self) -> Result<u32> {
         let all = self.read()?;
         self.check_whole(&all)?;

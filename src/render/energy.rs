@@ -16,8 +16,8 @@ const POINTS: u32 = 4096;
 /// albedo of a lobe whose Fresnel term is 1.
 ///
 /// `cosine` is the cosine between the normal and the outgoing direction, in [0, 1]. `roughness` is the perceptual roughness,
-/// in [0, 1]; its square is alpha. The integral is over visible normals (Heitz 2018). There the integrand is G2/G1 ×
-/// Fresnel, which is smooth and at most 1.
+/// in [0, 1]; its square is alpha. The integral is taken over visible normals (Heitz 2018), because the integrand G2/G1 ×
+/// Fresnel is then smooth and at most 1.
 pub fn specular_albedo(cosine: f64, roughness: f64) -> DVec2 {
     let alpha = (roughness * roughness).max(1e-6);
     let cosine = cosine.clamp(1e-5, 1.0);

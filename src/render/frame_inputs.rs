@@ -20,9 +20,9 @@ pub struct FrameInputs<'a> {
     pub color: &'a Buffer,
     /// The buffer with the counters of all passes, in which passes count faults, rays and more.
     pub counters: &'a Buffer,
-    /// The index of the frame. In shaders, the random numbers of the frame are computed from it and from the seed. On the
-    /// host, it is compared with the setting `hash_grid.until_frame`: from this frame on, the passes of the hash grid (a
-    /// light sampler) do not run, unless the setting is 0.
+    /// The index of the frame. Shaders compute the random numbers of the frame from it and from the seed. The passes of the
+    /// hash grid (a light sampler) can run only in frames whose index is less than the setting `hash_grid.until_frame`; if
+    /// this setting is 0, there is no such limit.
     pub frame: u32,
     /// True in the first frame after the renderer was made or restarted. There is then no data of earlier frames that passes
     /// could reuse. Passes whose results are kept for all later frames, such as those of a hash grid that is filled once,

@@ -1,5 +1,5 @@
-//! A resource with two copies that exchange their roles: one that this frame writes, and one with the data of the previous
-//! frame, which temporal reuse reads.
+//! A resource in two copies that exchange their roles: one for the data of this frame, and one with the data of the previous
+//! frame, which temporal reuse reads. If nothing is reused, one copy is enough.
 
 use std::cell::Cell;
 
@@ -15,8 +15,8 @@ pub struct History<T> {
 }
 
 impl<T> History<T> {
-    /// Makes a resource of the given copies, which are one or two. One copy is enough if no frame reads the data of the
-    /// previous one, and no pass writes its output to the spare copy.
+    /// Makes a history from `copies`: one or two resources of the same size, such as buffers. One copy is enough if no frame
+    /// reads the data of the previous frame, and no pass needs a second copy for its output.
     pub fn new(copies: Vec<T>) -> Self {
         debug_assert!(matches!(copies.len(), 1 | 2));
         Self {

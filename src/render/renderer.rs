@@ -188,8 +188,8 @@ impl Renderer {
         Ok(next.camera)
     }
 
-    /// True if a frame depends on the frames before it, because it reuses their samples. Then all frames of a run must be
-    /// rendered, and a later run cannot continue it from its sums alone.
+    /// True if a frame depends on the frames before it, because it reuses their samples. Then every frame of a run must be
+    /// rendered, in order. Such a run cannot be continued later from its sums of radiance alone.
     pub fn has_history(&self) -> bool {
         self.integrator.has_history()
     }
@@ -324,9 +324,9 @@ impl Renderer {
         display.map(&self.radiance(), unit, begins_with_blue)
     }
 
-    /// Reads the RGB radiance of the last single frame: one entry per pixel, row by row from the top, in the scene's unit of
-    /// radiance. Entries are 0 before the first frame. With path tracing, they also contain the samples that
-    /// [`Self::add_samples`] added since that frame.
+    /// Reads the RGB radiance of the last frame: one entry per pixel, row by row from the top, in the scene's unit of
+    /// radiance. Entries are 0 before the first frame. With path tracing, an entry is the sum over that frame and all
+    /// samples that [`Self::add_samples`] added since; it is not divided by their number.
     pub fn frame_radiance(&self) -> Result<Vec<[f32; 3]>> {
         let unit = self.bindings.scene.units.radiance;
         let mut pixels = Vec::new();

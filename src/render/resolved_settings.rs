@@ -13,8 +13,8 @@ use std::cell::LazyCell;
 use std::collections::HashSet;
 use std::ops::Deref;
 
-/// The minimum number of lights with which `candidates=auto` selects the light BVH (a tree of lights). With fewer lights,
-/// candidates that are drawn by power often select lights that add much light at the pixel, so walks through the tree would
+/// The minimum number of lights with which `candidates=auto` selects the light BVH (a tree of lights). If there are fewer
+/// lights, those that add much light at the pixel are drawn often enough by power alone, so walks through the tree would
 /// cost time without benefit.
 const MANY_LIGHTS: usize = 64;
 
@@ -39,8 +39,9 @@ impl Deref for ResolvedSettings {
 impl ResolvedSettings {
     /// The settings for a scene and for paths with at most `bounces` scattering events. `candidates=auto` becomes
     /// `light-bvh` or `power` for each kind of light that is rendered. World reservoirs (the reservoirs of path vertices)
-    /// are switched off in scenes with fewer than `world_reservoirs.min_lights` lights, or with fewer than two emitter
-    /// groups, unless that setting is 0. With path tracing, the settings stay as they are.
+    /// are switched off in scenes with fewer than `world_reservoirs.min_lights` lights, or with a single emitter group
+    /// (emissive triangles with common corners). If `min_lights` is 0, they are never switched off. With path tracing, the
+    /// settings stay as they are.
     pub fn new(settings: &Settings, scene: &GpuScene, bounces: u32) -> Self {
         let mut resolved = Self {
             settings: settings.clone(),
@@ -120,8 +121,9 @@ impl ResolvedSettings {
     }
 
     /// The number of world reservoirs (the reservoirs of path vertices) and the size of the table that finds them, from
-    /// which the sizes of their buffers follow. `slots` is the number of pixels, padded to whole tiles. There are no world
-    /// reservoirs if the settings do not use them, or if indirect light is not rendered.
+    /// which the sizes of their buffers follow. `slots` is the number of pixels of the picture, rounded up so that it fills
+    /// whole tiles of `reservoirs.order`. There are no world reservoirs if the settings do not use them, or if indirect
+    /// light is not rendered.
     pub fn world_size(&self, slots: u64) -> WorldSize {
         let is_used =
             self.world_reservoirs() != WorldReservoirs::None && self.renders(Lighting::Indirect);
@@ -129,11 +131,11 @@ impl ResolvedSettings {
     }
 }
 
-/// The number of lights, and the number of emitter groups that they form, by which `candidates=auto` and world reservoirs
-/// are decided. Emissive triangles with common corners form one group (`groups` lists the index of the group of each
-/// emissive triangle), and each other light is a group of its own. Infinitely distant lights do not count, since the light
-/// BVH does not contain them. If `sets_rare_apart` is true, rare lights (the dimmest ones) do not count either, because they
-/// have separate candidates.
+/// The number of lights, and the number of emitter groups that they form. They decide `candidates=auto`, and whether there
+/// are world reservoirs. Emissive triangles with common corners form one group (`groups` lists the index of the group of
+/// each emissive triangle), and each other light is a group of its own. Infinitely distant lights do not count, since the
+/// light BVH does not contain them. If `sets_rare_apart` is true, rare lights (the dimmest ones) do not count either,
+/// because they have separate candidates.
 fn count(lights: &Lights, groups: &[u32], sets_rare_apart: bool) -> (usize, usize) {
     let counts =
         |index: &usize| !(lights.is_distant(*index) || sets_rare_apart && lights.is_rare(*index));

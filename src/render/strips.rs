@@ -7,8 +7,8 @@ use crate::shader_interface::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The maximum number of pixels in a strip, unless the picture is so wide that already `TILE` rows have more. Each strip is
-/// one submission, which takes about one second of path tracing with a software driver on two CPU cores. Higher: fewer
+/// The maximum number of pixels in a strip, unless the picture is so wide that already `TILE` rows have more. The work on a
+/// strip is one submission; path tracing one takes about one second with a software driver on two CPU cores. Higher: fewer
 /// submissions, but the driver of a GPU that also drives a display may abort a submission that takes too long.
 const MAX_PIXELS: u64 = 1 << 20;
 

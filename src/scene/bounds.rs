@@ -25,8 +25,8 @@ impl Bounds {
         self.max - self.min
     }
 
-    /// The eight corners of the box. Bits 0, 1 and 2 of a corner's index, counted from 0, are set if its x, y or z is that
-    /// of [`Self::max`], otherwise of [`Self::min`].
+    /// The eight corners of the box. Bit 0 of a corner's index tells whether its x is that of [`Self::min`] (0) or of
+    /// [`Self::max`] (1). Bit 1 does so for y, and bit 2 for z.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> {
         let (min, max) = (self.min, self.max);
         (0..8).map(move |i| {
@@ -123,9 +123,10 @@ impl Scene {
         bounds
     }
 
-    /// A box around each instance, in world space, from which checks and units take the extent of the scene: the transformed
-    /// box of the instance's mesh, enlarged until it is axis-aligned. These boxes are fast to compute, but can be larger
-    /// than necessary. They are in the order of the instances; instances of meshes without positions have none.
+    /// A box around each instance, in world space: the transformed box of the instance's mesh, enlarged until it is
+    /// axis-aligned. The limits of a scene are checked, and the device's units are chosen, with these boxes. They are fast
+    /// to compute, but can be larger than necessary. They are in the order of the instances; instances of meshes without
+    /// positions have none.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         self.placed_boxes(&bounds)
@@ -170,8 +171,8 @@ pub fn usual_size(boxes: &[Bounds]) -> f64 {
 }
 
 /// The exponent e of the largest power 2ᵉ that is not above `number`, which must be positive and normal; the device's units
-/// are such powers. It is read from the bits of the number: a computed logarithm is rounded, so doubling the number might
-/// not increase it by exactly 1.
+/// are such powers. The exponent is read from the bits of the number. So twice the number always has an exponent that is
+/// higher by exactly 1, which the rounding of a computed logarithm would not guarantee.
 pub fn exponent(number: f64) -> i64 {
     (number.to_bits() >> 52) as i64 - 1023
 }

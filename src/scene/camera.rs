@@ -1,5 +1,5 @@
-//! Cameras that do not come from a file: a camera that looks at a point, and a camera that shows a whole scene. Also removes
-//! the scale from cameras that do come from a file.
+//! Cameras that do not come from a file: a camera that looks at a point, and a camera that shows a whole scene. This module
+//! also removes the scale from cameras that do come from a file.
 
 use super::{Camera, Scene};
 use glam::{DAffine3, DMat3, DVec3};

@@ -60,10 +60,10 @@ pub struct EmitterTriangle {
     pub emission_mean: Vec3,
 }
 
-/// The identity of an emitter: the powers of all lights with the same identity are summed, and messages name the emitter by
-/// it. `(Some(instance), material)` names all triangles of one instance that have one emissive material, by the indices of
-/// the instance and of the material in the scene. `(None, index)` names the punctual light with this index. The
-/// environment's name is `(None, n)`, where n is the number of punctual lights.
+/// The identity of an emitter. Callers sum the powers of all lights with the same identity, and messages name the emitter by
+/// it. `(Some(instance), material)` identifies all triangles of one instance that have one emissive material; both numbers
+/// are indices in the scene. `(None, index)` identifies the punctual light with this index, and `(None, n)` the environment,
+/// where n is the number of punctual lights.
 pub type EmitterName = (Option<u32>, u32);
 
 impl LightTriangle {
@@ -112,9 +112,9 @@ impl Scene {
         lights
     }
 
-    /// A copy of the scene's materials in which each animated emission is replaced by its largest value over all keyframes
-    /// ([`Emission::brightest`](super::motion::Emission::brightest)). Comparisons of the powers of lights use these
-    /// materials, because a light that is dark now may be the brightest one at another time.
+    /// A copy of the scene's materials in which each animated emission is replaced by an upper bound of its values at the
+    /// keyframes ([`Emission::brightest`](super::motion::Emission::brightest)). Comparisons of the powers of lights use
+    /// these materials, because a light that is dark now may be the brightest one at another time.
     pub fn brightest_materials(&self) -> Vec<Material> {
         let mut brightest = self.materials.clone();
         for emission in self.motion.iter().flat_map(|motion| &motion.emission) {
@@ -131,8 +131,9 @@ pub struct Emitters<'a> {
     /// One entry per material of the scene: true if the material emits at some time. Triangles of other materials are never
     /// lights.
     emitter_materials: &'a [bool],
-    /// The texels that are not black, for each image that is the emissive texture of a material that emits. The key is the
-    /// image's index in [`Scene::images`]. [`Emitters::emits`] looks up in them whether a triangle may emit light.
+    /// For each image that is the emissive texture of an emitting material: the parts of the image that are not black. The
+    /// key is the image's index in [`Scene::images`]. [`Emitters::emits`] uses these parts to decide whether a triangle may
+    /// emit light.
     lit: HashMap<u32, LitTexels>,
 }
 
@@ -294,14 +295,15 @@ pub struct LightPowers {
     /// It is the area, divided by π, of the disc through which distant lights shine. The power of each such light is in
     /// proportion to it.
     disc: f64,
-    /// The integral of the environment's luminance over the sphere, as radiance × sr; `None` without an environment. The
-    /// environment's power divided by π is this integral × `disc`.
+    /// The integral of the environment's luminance over the sphere, in the unit of radiance × sr; `None` without an
+    /// environment. The environment's power divided by π is this integral × `disc`.
     environment: Option<f64>,
 }
 
 impl LightPowers {
     /// Measures the bounding box of `scene`, because the powers of distant lights depend on its size. `environment` is the
-    /// integral of the environment's luminance over the sphere, as radiance × sr, or `None` if the scene has no environment.
+    /// integral of the environment's luminance over the sphere, in the unit of radiance × sr, or `None` if the scene has no
+    /// environment.
     pub fn of(scene: &Scene, environment: Option<f64>) -> Self {
         let bounds = Bounds::around(scene.loose_boxes().into_iter());
         Self {
@@ -382,7 +384,7 @@ pub struct AliasTable {
 impl AliasTable {
     /// A table with one entry per weight; weights must be finite and ≥ 0. The fraction `uniform_fraction` of the total
     /// probability is divided equally among the entries with a weight above 0; the rest is divided in proportion to the
-    /// weights. An entry with the weight 0 is never drawn. If all weights are 0, all entries are equally likely instead.
+    /// weights. An entry with the weight 0 is drawn only if all weights are 0: then all entries are equally likely.
     pub fn new(weights: &[f64], uniform_fraction: f64) -> Self {
         let count = weights.len();
         let total: f64 = weights.iter().sum();

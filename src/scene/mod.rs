@@ -239,7 +239,7 @@ impl Material {
     }
 
     /// True if `emission` is above 0 in some channel, so that the surface's triangles can be lights. The emissive texture is
-    /// not examined, so the surface can still be black. Animated emission counts with its present value.
+    /// not examined, so the surface can still be black. If the emission is animated, only the value in `emission` counts.
     pub fn is_emissive(&self) -> bool {
         self.emission.max_element() > 0.0
     }

@@ -24,7 +24,7 @@ impl Tally {
     }
 
     /// Counts `count` occurrences, possibly 0, of the notice with the text `what` at one element, such as a mesh. `location`
-    /// returns the name of the element; it is called only if no notice has had this text before.
+    /// returns the name of the element; it is called only at the first occurrence of this text.
     pub fn add_many(&mut self, what: &str, count: usize, location: impl FnOnce() -> String) {
         if count == 0 {
             return;

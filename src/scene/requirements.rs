@@ -34,24 +34,25 @@ pub struct Requirements {
     /// True if some surface has holes or is partly transparent (not [`AlphaMode::Opaque`]); otherwise no ray tests alpha.
     pub alpha: bool,
     /// True if some surface that emits no light is partly transparent ([`AlphaMode::Blend`]). Shadow rays then return the
-    /// fraction of light that passes through such surfaces, instead of only 0 or 1. Shaders then also trace shadow rays in
-    /// places where scenes without such surfaces need none.
+    /// fraction of light that passes through such surfaces, instead of only 0 or 1. Where a shadow ray otherwise decides
+    /// only the weight of a sample, shaders trace one more ray when they add the sample's light to the picture.
     pub blending: bool,
     /// True if some material has a normal map; otherwise shaders do not read normal maps or tangents.
     pub normal_maps: bool,
     /// True if some material is unlit, so that the camera sees its colour without light; otherwise shaders do not test
     /// whether a material is unlit.
     pub unlit: bool,
-    /// True if some light has an emissive texture; otherwise the emission of lights is constant over their surfaces.
+    /// True if some light has an emissive texture; otherwise shaders take the emission of a light as constant over its
+    /// surface.
     pub emissive_textures: bool,
     /// True if some mesh has vertex colours; otherwise shaders do not read them.
     pub vertex_colors: bool,
     /// True if some mesh has shading normals at its vertices; otherwise shaders use geometric normals only.
     pub smooth_normals: bool,
-    /// True if some triangle may have an edge of more than 10,000 times the typical size of the scene's instances.
-    /// Barycentric weights in f32 are then too coarse to locate points on the triangle. If nothing moves, samples of
-    /// indirect light store points as coordinates in the triangle's plane instead; if something moves, they still store
-    /// barycentric weights.
+    /// True if some triangle may have an edge longer than 10,000 times the usual size of the scene's instances. Barycentric
+    /// weights in f32 are too coarse to locate points on such a triangle. If nothing moves, samples of indirect light then
+    /// store points as coordinates in the triangle's plane. If something moves, they store barycentric weights in spite of
+    /// this.
     pub large_triangles: bool,
     /// True if some mesh has more than one part (a run of triangles with one material). For reports only.
     pub multi_part_meshes: bool,

@@ -111,7 +111,7 @@ fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
 /// emissive texture are lights.
 pub struct LitTexels {
     size: [u32; 2],
-    /// The number of blocks in one row of blocks. The row covers the width of the image.
+    /// The number of blocks, of 8 × 8 texels each, that cover the width of the image.
     columns: usize,
     /// A summed-area table over the blocks, with one entry per corner of a block, in rows of `columns` + 1 entries. Each
     /// entry is the number of lit blocks (with a texel that is not black) above and left of its corner. Four entries thus
@@ -119,8 +119,8 @@ pub struct LitTexels {
     lit_before: Vec<u32>,
 }
 
-/// The number of texels along each side of a block of [`LitTexels`]. For each block it is stored only whether all its texels
-/// are black. Larger blocks therefore need less memory, but with them fewer black triangles are recognised as black.
+/// The number of texels along each side of a block of [`LitTexels`], which stores for each block only whether all its texels
+/// are black. Larger blocks need less memory, but fewer black triangles are then recognised as black.
 const BLOCK: u32 = 8;
 
 impl LitTexels {

@@ -16,9 +16,9 @@ use punctual::check_punctual;
 /// the squares of far larger distances overflow f32.
 pub const LARGEST_COORDINATE: f64 = 1e15;
 
-/// The length of the longest edge of a scene's bounding box below which the scene is refused, in scene units. Tests check
-/// pictures of scenes down to twice this size. A scene with moving instances is not refused, because it may be larger at
-/// other times.
+/// The smallest allowed length of the longest edge of a scene's bounding box, in scene units; a smaller scene is refused.
+/// Tests check pictures of scenes down to twice this size. A scene with moving instances is never refused for its size,
+/// because it may be larger at other times.
 pub const SMALLEST_SCENE: f64 = 1e-12;
 
 /// The threshold for the notice that f32 stores a mesh too coarsely. The notice appears if the spacing of f32 numbers at the
@@ -67,9 +67,9 @@ pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
 }
 
 impl Scene {
-    /// Checks the scene and repairs small faults: clamps base colours and vertex colours to [0, 1]; removes triangles
-    /// without area, unused vertices, flat instances and meshes without triangles, which shifts the indices of later
-    /// instances and meshes; makes normals and tangents unit vectors, and computes missing ones. Notices report these
+    /// Checks the scene and repairs small faults: clamps base colours and vertex colours to [0, 1], makes normals and
+    /// tangents unit vectors, computes missing ones, and removes triangles without area, unused vertices, flat instances
+    /// that do not move, and meshes without triangles. Later instances and meshes then get new indices. Notices report these
     /// changes, except small corrections of normals and changes of tangents and unused vertices. A second check changes
     /// nothing, and an empty scene is valid.
     ///
@@ -204,9 +204,9 @@ impl Scene {
     }
 }
 
-/// Checks that everything in the box `bounds` is still near enough to the origin to be rendered after `transform`. The box
-/// is in the space before the transform; `None` stands for an empty mesh, which has no box. `farthest` is the largest
-/// absolute coordinate that is allowed; `what` names the element in messages.
+/// Checks that `transform` places everything in the box `bounds` near enough to the origin for rendering. The box is in the
+/// space before the transform; `None` stands for an empty mesh, which has no box. `farthest` is the largest absolute
+/// coordinate that is allowed after the transform; `what` names the element in messages.
 ///
 /// # Errors
 /// The transform is not finite, or a transformed corner of the box has a coordinate beyond `farthest`.

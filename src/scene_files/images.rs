@@ -51,8 +51,8 @@ pub(super) struct Encoded<'a> {
 pub(super) struct TexelCount(u64);
 
 impl TexelCount {
-    /// Adds `texels`, the number of texels of one more image. `name` is called only if this is an error, and returns the
-    /// name of this image for the error.
+    /// Adds `texels`, the number of texels of one more image, to the sum. If the sum then exceeds the limit, `name` is
+    /// called, which returns the name of this image for the error.
     ///
     /// # Errors
     /// With this image, the images of the scene have more than [`MAX_TEXELS`] texels.

@@ -35,7 +35,8 @@ pub fn load(path: &Path) -> Result<Scene> {
 /// image files and for files outside of the scene's folder; `watch` is called with the progress of the loading.
 ///
 /// # Errors
-/// The errors of [`load`] that `options` do not permit, and an error that `watch` returns, which ends the loading.
+/// The errors of [`load`], except those about files that `options` permit; and an error that `watch` returns, which ends the
+/// loading.
 pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Result<Scene> {
     let extension = path
         .extension()

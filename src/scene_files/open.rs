@@ -22,7 +22,8 @@ impl Scene {
     /// procedural scene.
     ///
     /// # Errors
-    /// The errors of [`Self::open`] that `options` do not permit, and an error that `watch` returns, which ends the loading.
+    /// The errors of [`Self::open`], except those about files that `options` permit; and an error that `watch` returns,
+    /// which ends the loading.
     pub fn open_watched(name: &str, options: Options, watch: &mut Watch<'_>) -> Result<Self> {
         if let Some((name, parameters)) = as_procedural(name) {
             return procedural::generate(name, &parse_parameters(name, parameters)?);

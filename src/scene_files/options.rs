@@ -9,8 +9,8 @@ pub struct Options {
     /// file outside of the scene's folder then counts as missing, unless `allow_outside` is true. False: a missing image
     /// file is an error.
     pub allow_missing: bool,
-    /// True: the buffers, textures and MTL files that a scene names are opened even if they lie outside of the scene's
-    /// folder. False: such a file is not opened, because a scene from another person must not make other files of this
-    /// machine visible.
+    /// True: the buffers, images and MTL files that a scene names are opened even if they lie outside of the scene's folder.
+    /// False: such a file is not opened, so that a scene from another person cannot make other files of this machine
+    /// visible.
     pub allow_outside: bool,
 }

@@ -49,8 +49,8 @@ pub(super) struct SceneFile {
 enum Lookup {
     Found(SceneFile),
     Missing,
-    /// No file was found, and the user has not permitted files outside of the folder. The scene states one or more paths for
-    /// the file; this one leads out of the folder.
+    /// No file was found, and one of the possible paths of the file leads out of the folder, which the user has not
+    /// permitted. The value is this path, for the error.
     Outside(PathBuf),
 }
 
@@ -71,8 +71,8 @@ impl<'a> SceneFolder<'a> {
         self.look_up(what, names)?.or_refused(what)
     }
 
-    /// Opens a file without which the scene can be loaded, such as an image. This differs from [`Self::open`] in one case:
-    /// if the user permits missing files, a file outside of the folder is not an error, but is treated as missing (`None`).
+    /// Opens a file that the scene can do without, such as an image. This differs from [`Self::open`] in one case: if the
+    /// user permits missing files, a file outside of the folder is not an error, but is treated as missing (`None`).
     ///
     /// # Errors
     /// The other errors of [`Self::open`].

@@ -30,11 +30,11 @@ crate::gpu_enum! {
         /// The balance heuristic compares all reservoirs of the merge. It is unbiased and has the least noise, but its cost
         /// grows with the square of the number of neighbours.
         Balance,
-        /// The balance heuristic compares the merging pixel with one neighbour at a time. It is unbiased, and its cost grows
-        /// linearly with the number of neighbours.
+        /// The balance heuristic is applied to pairs: the merging pixel and one neighbour at a time. It is unbiased, and its
+        /// cost grows linearly with the number of neighbours.
         Pairwise,
-        /// The weights are pairwise, but the sample of the merging pixel's own reservoir keeps a minimum weight. They are
-        /// unbiased, and have less noise than `pairwise` where neighbours have poor samples.
+        /// The weights are those of `pairwise`, but the sample of the merging pixel's own reservoir always keeps a minimum
+        /// weight. They are unbiased, and have less noise than `pairwise` where neighbours have poor samples.
         #[default]
         Defensive,
     }
@@ -64,8 +64,8 @@ crate::gpu_enum! {
         /// Vertices of indirect paths reuse no light samples: each vertex uses only the light samples that it draws.
         #[default]
         None,
-        /// Vertices of indirect paths merge world reservoirs by defensive MIS weights, which is unbiased. These weights are
-        /// exact, because each world reservoir stores the shading point to which it belongs.
+        /// Vertices of indirect paths merge world reservoirs by the MIS weights of `mis=defensive`, which is unbiased: each
+        /// world reservoir stores its shading point, so the weights can be computed exactly.
         Unbiased,
         /// Vertices of indirect paths merge world reservoirs with weights that depend only on confidence, as published
         /// (Boissé, "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021). This is biased.
@@ -81,9 +81,9 @@ crate::gpu_enum! {
     pub enum Visibility {
         /// Visibility is never tested, so shadows are missing. This is biased, and useful only for comparisons.
         None,
-        /// One shadow ray tests the sample that remains after all merges, when it is shaded. For direct light this is
-        /// unbiased but noisy in shadows, and no BSDF samples are drawn. Paths of indirect light are traced anyway, so for
-        /// them `final` means `initial`.
+        /// One shadow ray tests the sample that remains after all merges, when a pixel shades it. For direct light this is
+        /// unbiased but noisy in shadows, and no BSDF samples are drawn. Paths of indirect light are traced in any case, so
+        /// for indirect light `final` has the effect of `initial`.
         Final,
         /// A shadow ray tests the selected initial candidate, and another one tests the sample that is shaded at the end.
         /// This is biased: the picture is too dark.

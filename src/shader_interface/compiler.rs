@@ -10,9 +10,9 @@ use std::sync::LazyLock;
 /// that `#include` uses, such as `core/random.glsl` or `passes/primary.comp`.
 pub type Sources = BTreeMap<String, String>;
 
-/// The only compiler of the process, or a message why it could not be made. It is never dropped: when the last compiler is
-/// dropped, `shaderc` also drops the tables of GLSL's built-in functions, and building them again takes most of the time of
-/// a compilation.
+/// The compiler that all compilations of the process share, or a message why it could not be made. It is never dropped: when
+/// the last compiler is dropped, `shaderc` also drops the tables of GLSL's built-in functions, and building them again takes
+/// most of the time of a compilation.
 static COMPILER: LazyLock<Result<shaderc::Compiler, String>> =
     LazyLock::new(|| shaderc::Compiler::new().map_err(|e| e.to_string()));
 

@@ -5,7 +5,7 @@ crate::gpu_constants! {
     /// The value that means "none" in every field that contains an index: no hit, no light, no texture, no normals.
     pub const NONE: u32 = 0xFFFF_FFFF;
     /// The width and the height, in pixels, of the square of the picture that one workgroup works on, one pixel per
-    /// invocation. Workgroups that go through a list have `TILE` × `TILE` invocations too.
+    /// invocation. Workgroups that work on a list of elements, such as path vertices, also have `TILE` × `TILE` invocations.
     pub const TILE: u32 = 8;
     /// The number of rays that one workgroup of the pass `trace_rays` traces, one ray per invocation. This pass traces the
     /// rays of a buffer, for tests and benchmarks, and to measure how far the light of emitters reaches.
@@ -36,8 +36,8 @@ crate::gpu_constants! {
     /// Wrap mode: outside of [0, 1], texture coordinates read the nearest texels at the edge of the image.
     pub const WRAP_CLAMP: u32 = 2;
     /// The minimum cosine between a shading normal and the direction to the viewer. A shading normal with a smaller cosine
-    /// is bent towards the viewer. Otherwise a visible surface whose shading normal points away from the viewer would be
-    /// black.
+    /// is bent towards the viewer, because a visible surface would be black if its shading normal pointed away from the
+    /// viewer.
     pub const MIN_FACING: f32 = 0.01;
     /// The number of steps into which the table of the directional albedo divides each of its two axes: the roughness and
     /// the cosine of the view direction. The table therefore has (`ALBEDO_CELLS` + 1)² entries. The directional albedo is
@@ -58,8 +58,8 @@ crate::gpu_constants! {
     /// and material index at the path's second vertex. The sizes of the buffers of reservoirs follow from it.
     pub const INDIRECT_FULL_WORDS: u32 = 15;
     /// The number of 32-bit words that a reservoir stores in addition if the renderer is made to show its data in debug
-    /// AOVs: the pixel that drew the sample, the solid angle of the sample as seen from the surface of that pixel, and the
-    /// number of neighbours that the pixel merged.
+    /// AOVs: the pixel that drew the sample, the solid angle of one unit of area at the sample as seen from the surface of
+    /// that pixel, and the number of neighbours that were merged.
     pub const DEBUG_WORDS: u32 = 3;
     /// The number of 32-bit words of [`SampleData`](crate::SampleData), the packed surface that the camera sees in a pixel.
     /// Shaders use it only to count the memory that they read and write.
@@ -138,10 +138,10 @@ crate::gpu_constants! {
     /// streams of initial candidates, temporal reuse and spatial reuse, so that their random numbers differ from those of
     /// direct light.
     pub const STREAM_INDIRECT: u32 = 64;
-    /// Number of the random stream that selects a random place for each path vertex in the list of its cell of space, from
-    /// which vertices of the next frame pick world reservoirs. Merges have the streams with larger numbers: a path vertex
-    /// after n scattering events (n ≥ 1) merges with the random stream `STREAM_WORLD` + 2n. If the path begins with a mirror
-    /// reflection, it is `STREAM_WORLD` + 2n + 1.
+    /// Number of a random stream of path vertices. With it, each vertex selects a random place in the list of its cell of
+    /// space; vertices of the next frame find its world reservoir there. Merges of world reservoirs use larger numbers:
+    /// `STREAM_WORLD` + 2n at a vertex after n scattering events (n ≥ 1), and one more if the path begins with a mirror
+    /// reflection.
     pub const STREAM_WORLD: u32 = 128;
     /// The width and the height, in pixels, of a block of the picture. In each frame, the surface at one random pixel of
     /// each block fills a slot of the hash grid with a reservoir of direct light, unless another surface takes this slot. A

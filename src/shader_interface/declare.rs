@@ -36,7 +36,7 @@ where
 }
 
 /// One member of a structure that Rust and GLSL share. The GLSL text of the structure is generated from its members. Tests
-/// check that the offset of each in Rust is equal to its offset in the compiled shaders (SPIR-V).
+/// check that each member has the same offset in Rust and in the compiled shaders (SPIR-V).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Member {
     /// The name of the member in Rust and GLSL.

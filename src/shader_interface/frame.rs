@@ -31,9 +31,9 @@ crate::gpu_struct! {
         pub width: u32,
         /// Height of the picture in pixels.
         pub height: u32,
-        /// Number of CPU threads among which a CPU device splits a dispatch into contiguous ranges of workgroups; 1 on a
-        /// GPU. Shaders distribute the workgroups of each range over the whole picture, so that no thread gets only easy
-        /// parts such as the sky.
+        /// Number of CPU threads among which a CPU device splits a dispatch; 1 on a GPU. Each thread gets a contiguous range
+        /// of workgroups. Shaders distribute the workgroups of each range over the whole picture, so that no thread gets
+        /// only easy parts such as the sky.
         pub interleave: u32,
         /// Seed of the run. Together with frame, pixel and random stream it determines all random numbers, so that a run can
         /// be repeated.
@@ -81,21 +81,22 @@ crate::gpu_struct! {
         pub uniform_candidates: u32,
         /// Number of light samples: per pixel and frame for direct light, per path vertex for indirect light.
         pub light_samples: u32,
-        /// A probability with which rare lights are tested; rare lights are far dimmer than the others. For direct light,
-        /// each pixel draws a separate candidate among rare lights, and a shadow ray tests it with at least this
-        /// probability. For indirect light, a path vertex draws one rare light with this probability, and otherwise draws
-        /// its usual light samples. Unused if the specialisation constant `RARE_LIGHTS` is false.
+        /// A probability, in [0, 1], for rare lights, which are far dimmer than the others. For direct light, each pixel
+        /// draws a separate candidate among rare lights, and a shadow ray tests it with at least this probability. For
+        /// indirect light, a path vertex draws one rare light with this probability, and otherwise draws its usual light
+        /// samples. Unused if the specialisation constant `RARE_LIGHTS` is false.
         pub rare_lights: f32,
         /// Number of light samples that may be drawn from the light BVH; 0 without a light BVH. They are the samples with
         /// the lowest indices; the other samples are drawn among all lights. At a point where no light can be drawn from the
         /// light BVH, all samples are drawn among all lights.
         pub near_samples: u32,
-        /// Mean probability, in [0, 1], that a light sample is drawn from the light BVH; shaders compute the densities of
+        /// Fraction, in [0, 1], of the light samples that are drawn from the light BVH; shaders compute the densities of
         /// light samples with it. With two or more light samples it is `near_samples` / `light_samples`. With a single one,
-        /// `near_samples` is 1, and shaders draw this sample from the light BVH with this probability.
+        /// `near_samples` is 1, and shaders draw this sample from the light BVH with the probability `near_fraction`.
         pub near_fraction: f32,
         /// Maximum confidence with which the previous frame's reservoir enters a merge; 1 is the confidence of an initial
-        /// reservoir. A larger value means less noise, but errors of older frames stay longer.
+        /// reservoir. A larger value means less noise, but the noise of one frame stays visible in more of the following
+        /// frames.
         pub temporal_confidence_cap: f32,
         /// Maximum confidence with which a neighbour's reservoir enters a merge; 1 is the confidence of an initial
         /// reservoir. A larger value gives neighbours more weight against the pixel's own reservoir.
@@ -104,10 +105,9 @@ crate::gpu_struct! {
         /// reservoir already contains the reservoir of the previous frame. For pixels without a history, the specialisation
         /// constant `NEIGHBOURS` is the maximum.
         pub neighbours: u32,
-        /// If a pixel has no history (see `neighbours`), its reservoir has at most this confidence after a spatial merge; 1
-        /// is the confidence of an initial reservoir. Such pixels, if they are close together, merge many of the same
-        /// samples, so they have similar noise. With less confidence, later frames replace this noise sooner. `f32::MAX`: no
-        /// limit.
+        /// Maximum confidence, after a spatial merge, of the reservoir of a pixel without a history (see `neighbours`); 1 is
+        /// the confidence of an initial reservoir. Such pixels often merge the same samples as pixels close to them, so
+        /// their noise is similar. With less confidence, later frames replace this noise sooner. `f32::MAX`: no limit.
         pub confidence_without_history: f32,
         /// Maximum number of random pixels that the search for neighbours tries for each wanted neighbour. If it is above 1,
         /// the search tries another pixel after one whose surface is too different.
@@ -115,8 +115,8 @@ crate::gpu_struct! {
         /// Radius, in pixels, of the disc around a pixel in which its neighbours are searched. In a larger disc, more
         /// neighbours have surfaces that are too different to share samples.
         pub radius: f32,
-        /// Minimum cosine between the normals of two surfaces that may reuse each other's samples. Surfaces with a smaller
-        /// cosine do not reuse them, because they would rarely fit.
+        /// Minimum cosine between the normals of two surfaces that may reuse each other's samples. With a smaller cosine
+        /// there is no reuse, because a good sample of one surface is rarely good for the other.
         pub min_normal_cosine: f32,
         /// Maximum difference between the distances of two surfaces from the camera, as a fraction of the distance of the
         /// pixel's own surface. Surfaces with a larger difference do not reuse each other's samples.
@@ -131,8 +131,10 @@ crate::gpu_struct! {
     /// Constants of the hash grid. It is a light sampler that stores reservoirs of direct light in cells of space; pixels
     /// merge the reservoirs of their cell with their own light samples.
     pub struct GridConstants {
-        /// Side of a cell of space: in pixels of the picture if pixels fill the grid, in the device's unit of length if a
-        /// list of points does. In larger cells, more pixels merge the same reservoirs, which fit each pixel less well.
+        /// Side of a cell of the hash grid. With [`HashGrid::Pixels`](crate::HashGrid::Pixels) it is the number of pixels
+        /// that a cell spans in the picture; with [`HashGrid::Points`](crate::HashGrid::Points) it is a length in the
+        /// device's unit. In larger cells more pixels merge the same reservoirs, whose lights are less suitable for each of
+        /// them, so the noise is higher.
         pub cell: f32,
         /// Number of bins into which each side of the octahedral map of normals is divided, so that a cell has `bins`² bins.
         /// Pixels merge only reservoirs of their own bin. 1: normals do not matter.
@@ -151,7 +153,7 @@ crate::gpu_struct! {
         /// Number of light candidates from which the sample of each reservoir of the grid is selected. More candidates mean
         /// less noise.
         pub candidates: u32,
-        /// Maximum number of reservoirs of the grid that a pixel merges with its own light samples.
+        /// Maximum number of reservoirs of the hash grid that a pixel merges with its own light samples in a frame.
         pub merged: u32,
         /// Confidence with which each reservoir of the grid enters a merge; 1 is the confidence of all candidates of the
         /// pixel together.
@@ -185,19 +187,20 @@ crate::gpu_struct! {
         pub previous: WorldAddresses,
         /// Addresses to which path vertices of the current frame write their reservoirs, for the next frame.
         pub current: WorldAddresses,
-        /// Side of a cell of space, measured in pixels of the picture: a cell that is far from the camera is larger in the
-        /// scene.
+        /// Side of a cell of the world reservoirs, as the number of pixels that it spans in the picture. Cells that are
+        /// farther from the camera are therefore larger in the scene.
         pub cell: f32,
         /// Number of bins into which each side of the octahedral map of normals is divided, so that a cell has `bins`² bins.
         /// Vertices merge only reservoirs of their own bin. 1: normals do not matter.
         pub bins: u32,
-        /// Width, in cells, of the random offset that is added to the position of a vertex before its cell is looked up.
-        /// Neighbouring vertices then use different cells, so that the borders of cells do not show in the noise.
+        /// Width of the random offset that is added to the position of a vertex before its cell is looked up, where 1 is the
+        /// side of a cell. Neighbouring vertices then use different cells, so that the borders of cells do not show in the
+        /// noise.
         pub jitter: f32,
-        /// Maximum number of reservoirs of the previous frame that a vertex merges with its own light sample.
+        /// Maximum number of world reservoirs of the previous frame that a path vertex merges with its own light sample.
         pub merged: u32,
-        /// Maximum confidence with which each reservoir of the previous frame enters a merge; 1 is the confidence of all
-        /// light samples of a vertex together.
+        /// Maximum confidence with which each world reservoir of the previous frame enters a merge; 1 is the confidence of
+        /// all light samples of a vertex together.
         pub confidence_cap: f32,
         /// 1: a path vertex with a matte surface stores for the next frame the sample that its merge selected; 0: each
         /// vertex stores the sample that it selected among its own light samples. A surface counts as matte if each channel
@@ -224,12 +227,12 @@ crate::gpu_struct! {
     /// cell of world reservoirs begins. A level is an array of values, which is divided into blocks of `PREFIX_BLOCK`
     /// values; the sums of these blocks are the values of the next level.
     pub struct PrefixLevel {
-        /// Index, in the buffer of integers of the prefix sum, of the first value of this level.
+        /// Index of the level's first value in the buffer of integers over which the prefix sum runs.
         pub first: u32,
         /// Number of values of this level of the prefix sum. The shader skips values after them.
         pub count: u32,
-        /// Index, in the same buffer as `first`, at which the sum of the level's first block (`PREFIX_BLOCK` values) is
-        /// stored. The sums of the next blocks follow.
+        /// Index at which the pass stores the sum of the level's first block (`PREFIX_BLOCK` values), in the same buffer as
+        /// the values. The sums of the next blocks follow.
         pub sums: u32,
     }
 }
@@ -246,21 +249,21 @@ crate::gpu_struct! {
         /// 1: in every frame, each primary ray passes through another point of its pixel, which `jitter` determines; 0:
         /// primary rays pass through the centres of their pixels.
         pub jitters: u32,
-        /// Point of the pixel (0, 0) through which its primary ray passes in this frame: coordinates in [0, 1), to the right
-        /// and down. Each other pixel adds its own constant offset to this point, modulo 1. Without meaning if `jitters` is
-        /// 0.
+        /// Position inside the pixel (0, 0) through which its primary ray passes in this frame: the distances from the left
+        /// and the upper edge of the pixel, in pixels, each in [0, 1). Each other pixel adds its own constant offset to this
+        /// position, modulo 1. Without meaning if `jitters` is 0.
         pub jitter: Vec2,
-        /// The value of `jitter` in the previous frame, from which the primary rays of that frame are computed again.
+        /// The value of `jitter` in the previous frame. Shaders compute the primary rays of that frame again with it.
         pub previous_jitter: Vec2,
         /// Number of entries in a buffer with one entry per pixel. If the order of pixels uses tiles, it is larger than the
         /// number of pixels, because incomplete tiles at the edge count as whole.
         pub slots: u32,
         /// Index of the frame, counted from 0; it selects the random numbers of the frame.
         pub frame: u32,
-        /// Maximum ratio of two solid angles up to which two surface points share a path. They are the solid angles of one
-        /// unit of area at the path's second vertex, as seen from each of the two points; the larger one is divided by the
-        /// smaller one. A path with a larger ratio is not shared, because it could get a very large weight and become an
-        /// outlier. Below 1: no limit.
+        /// Maximum ratio of two solid angles with which two surface points still share a path. They are the solid angles of
+        /// one unit of area at the path's second vertex, as seen from each of the two points; the larger one is divided by
+        /// the smaller one. With a larger ratio the path could get a very large weight and become an outlier, so it is not
+        /// shared. Below 1: no limit.
         pub jacobian_limit: f32,
         /// Minimum distance between the second vertex of a path and each of the two surface points that share the path, as a
         /// fraction of this point's distance from the camera. Paths with a closer second vertex are not shared, because they
@@ -268,19 +271,20 @@ crate::gpu_struct! {
         pub min_distance: f32,
         /// Number of BSDF rays that each pixel traces per frame as candidates of direct light.
         pub bsdf_samples: u32,
-        /// Maximum number of BSDF rays that a pixel traces beyond `bsdf_samples`. A pixel gets more of them if its lobes are
-        /// narrow, or if the pilots (first BSDF rays) of pixels near it found bright light.
+        /// Maximum number of BSDF rays that a pixel traces per frame in addition to `bsdf_samples`. A pixel gets more of
+        /// them if the lobes of its BSDF are narrow, or if the pilots (first BSDF rays) of pixels near it found bright
+        /// light.
         pub more_bsdf_samples: u32,
-        /// Mean luminance of emissive triangles and environment, weighted by power, in the device's unit of radiance; 0 if
-        /// there are neither. The brightness of what a pilot (the first BSDF ray of a pixel) found is divided by it, to
-        /// decide about additional BSDF rays.
+        /// Mean luminance of the scene's emissive triangles and environment, each weighted by its power, in the device's
+        /// unit of radiance; 0 if none has power. Shaders divide by it the luminance of the light that a pilot (the first
+        /// BSDF ray of a pixel) found. Pixels near a pilot with a high quotient trace additional BSDF rays.
         pub mean_light_luminance: f32,
-        /// Number of nodes of the light BVH, a tree from which light samples are drawn; a walk through the tree ends after
-        /// them. The entries of the light BVH (`GpuLightEntry`) come after the nodes in the same buffer.
+        /// Number of nodes of the light BVH, a tree from which light samples are drawn. A walk through the tree ends after
+        /// the last node. The entries of the light BVH (`GpuLightEntry`) come after the nodes in the same buffer.
         pub light_node_count: u32,
-        /// 1: each light of the light BVH can be drawn at every point, and lights that are far from the point are drawn in
-        /// groups. 0: a light can be drawn only at points inside the box of influence of the leaf that contains the light;
-        /// outside of this box the light contributes little.
+        /// 1: each light of the light BVH can be drawn at every point; lights that are far from the point are drawn in two
+        /// steps, first a group and then one of its lights. 0: a light can be drawn only at points inside the box of
+        /// influence of the leaf that contains the light; outside of this box the light contributes little.
         pub light_bvh_joins: u32,
         /// 1: all lights that can be drawn from the light BVH at a point have the same probability. 0: the probability of a
         /// light is larger if it is expected to contribute more at the point.
@@ -296,7 +300,8 @@ crate::gpu_struct! {
         /// Constants of world reservoirs, which path vertices store in cells of space; all zero if there are no world
         /// reservoirs.
         pub world: WorldConstants,
-        /// Settings of candidates and reuse for the light of this pass: direct or indirect light.
+        /// The settings by which this pass draws candidates and reuses reservoirs. They differ between direct and indirect
+        /// light.
         pub reuse: ReuseConstants,
     }
 }

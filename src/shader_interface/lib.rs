@@ -5,7 +5,7 @@
 //!
 //! Positions, lengths and radiance in the structures are in the units of the device (`device_scene/units.rs`). The device's
 //! units of length and radiance are powers of two of the scene's units. In these units the brightest light has a radiance of
-//! about 1, and usual instances have a size of about 1.
+//! 1 to 2, and usual instances have a size of about 1.
 #![warn(missing_docs)]
 
 mod choices;

@@ -26,8 +26,8 @@ crate::gpu_struct! {
         /// Coordinates (x, y) of the pixel that drew the sample, in the picture of the frame in which the sample was drawn.
         /// (−1, −1) if the reservoir is empty, or if reservoirs do not store origins.
         pub source: Vec2,
-        /// Solid angle of the sample as seen from this pixel's surface, divided by its solid angle as seen from the surface
-        /// that drew the sample. It is the product of the Jacobians of all shifts of the sample from pixel to pixel. 0 if
+        /// Solid angle of one unit of area at the sample as seen from this pixel's surface, divided by the same as seen from
+        /// the surface that drew the sample. This is the Jacobian of all shifts of the sample between these surfaces. 0 if
         /// the reservoir is empty, or if reservoirs do not store origins.
         pub jacobian: f32,
     }
@@ -89,19 +89,19 @@ crate::gpu_struct! {
     /// The surface that the camera sees through the centre of a pixel, not packed, for AOVs (additional pictures) and
     /// denoisers. All fields but `motion` have special values for a miss, where the pixel shows no surface.
     pub struct PrimarySurface {
-        /// Fraction of light that the surface reflects, RGB: the sum of diffuse and specular albedo, by which a denoiser
-        /// divides radiance; 0 = miss.
+        /// Fraction of light that the surface reflects, RGB: the sum of diffuse and specular albedo. A denoiser divides
+        /// radiance by it, so that textures are not blurred. (0, 0, 0) for a miss.
         pub albedo: Vec3,
-        /// Unit shading normal in world space, on the side of the surface that the camera sees; 0 = miss.
+        /// Unit shading normal in world space, on the side of the surface that the camera sees; (0, 0, 0) for a miss.
         pub normal: Vec3,
         /// Distance from the camera to the surface along the ray; 0 = miss. It is in scene units in the result of
         /// `Renderer::primary_surfaces`, and in the device's unit of length in the buffer.
         pub depth: f32,
-        /// Index in the scene of the instance that the camera sees; NONE = miss.
+        /// Index in the scene of the instance that the camera sees in the pixel; NONE = miss.
         pub instance: u32,
         /// Motion vector in pixels, to the right and down: the position of the surface point in the previous picture minus
         /// that in the current picture. With it, a denoiser finds the same point in the previous picture. A miss is treated
-        /// as a point at infinite distance. 0 if the point is, or was in the previous frame, behind the camera.
+        /// as a point at infinite distance. 0 if the point is behind the camera of either frame.
         pub motion: Vec2,
     }
 }
@@ -134,8 +134,8 @@ crate::gpu_struct! {
         /// triangles, per solid angle for the environment, and a probability for punctual lights. 0 = the reservoir is
         /// empty.
         pub weight: f32,
-        /// Bits 0 to 13: the confidence of the reservoir. Bits 24 to 31: the upper 8 of the 40 bits that state the point on
-        /// the light; `uv` contains the other 32.
+        /// Bits 0 to 13: the confidence of the reservoir. Bits 14 to 23 are unused. Bits 24 to 31: the upper 8 of the 40
+        /// bits that state the point on the light; `uv` contains the other 32.
         pub history: u32,
         /// The light to which the sample belongs. The bits from `LIGHT_KIND_SHIFT` on are its kind (`LIGHT_…`). The bits
         /// below them are its index among the lights of this kind or, for the environment, the index of the texel.

@@ -46,11 +46,12 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// Push constants of the pass `trace_rays` for one dispatch, which traces the rays of a list.
     pub struct RayBatch {
-        /// Number of rays in the list. Invocations of the shader with a larger index do nothing.
+        /// Number of rays in the list. The shader traces one ray per invocation; superfluous invocations of the last
+        /// workgroups do nothing.
         pub count: u32,
-        /// Number of CPU threads among which a CPU device splits a dispatch into contiguous ranges of workgroups; 1 on a
-        /// GPU. The pass `trace_rays` assigns to the workgroups of each range rays from the whole list, so that no thread
-        /// gets only rays that are fast to trace.
+        /// Number of CPU threads among which a CPU device splits a dispatch; 1 on a GPU. Each thread gets a contiguous range
+        /// of workgroups. The pass `trace_rays` distributes the workgroups of each range over the whole list of rays, so
+        /// that no thread gets only rays that are fast to trace.
         pub interleave: u32,
     }
 }

@@ -94,8 +94,9 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A texture: one use of an image by a material. With it shaders read the value of the image at a point of a surface: it
-    /// states where the texels of the image are, and which texels belong to given texture coordinates.
+    /// A texture: one use of an image by a material. It contains where the texels of the image are, and how texture
+    /// coordinates are converted to positions in the image. Shaders read the value of the image at a point of a surface with
+    /// it.
     pub struct GpuTexture {
         /// First column of the 2×2 matrix that transforms texture coordinates of the mesh to coordinates of the image, in
         /// which the image covers [0, 1] along both axes.
@@ -170,17 +171,17 @@ crate::gpu_struct! {
         /// Distance, in the device's unit of length, at which the light of a point or spot light has faded to 0. If it is 0,
         /// the light has no such limit.
         pub range: f32,
-        /// Strength of the light, RGB. For a point or spot light it is the radiant intensity: the irradiance at a distance
-        /// times the square of this distance, in the device's unit of radiance times the square of its unit of length. For a
-        /// directional light it is the irradiance of a surface that faces the light, in the device's unit of radiance.
+        /// Strength of the light, RGB. For a point or spot light it is the radiant intensity, in the device's unit of
+        /// radiance times the square of its unit of length; divided by the square of the distance it gives the irradiance.
+        /// For a directional light it is the irradiance of a surface that faces the light, in the device's unit of radiance.
         pub intensity: Vec3,
-        /// Constant in the formula for the border of a spot light. The light emits the fraction (`angle_offset` −
-        /// `angle_scale` · d²)² of its intensity, with the value in parentheses clamped to [0, 1]. d is the distance between
-        /// two unit vectors: that along the axis and that from the light to the shading point.
+        /// Constant in the formula for the border of a spot light: towards a shading point the light emits the fraction
+        /// (`angle_offset` − `angle_scale` · d²)² of its intensity. The value in parentheses is clamped to [0, 1]. d is the
+        /// distance between the ends of two unit vectors: the direction of the light's axis, and the direction from the
+        /// light to the shading point.
         pub angle_offset: f32,
-        /// Factor in the formula for the border of a spot light. The light emits the fraction (`angle_offset` −
-        /// `angle_scale` · d²)² of its intensity, as the comment of `angle_offset` explains. A larger factor makes the
-        /// transition from light to dark narrower.
+        /// Factor of d² in the formula for the border of a spot light; d and the formula are explained at `angle_offset`. A
+        /// larger factor makes the transition from light to dark narrower.
         pub angle_scale: f32,
         /// Unused; it makes the size a multiple of four words, as `load_punctual_lights` in the shaders requires.
         pub padding: UVec3,
@@ -227,8 +228,8 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// The motion of one instance from the current to the previous frame. With it, temporal reuse and motion vectors find
-    /// where a point of a surface was in the previous frame.
+    /// The motion of one instance, as a transform from the current to the previous frame. With it, temporal reuse and motion
+    /// vectors find where a point of a surface was in the previous frame.
     pub struct GpuPreviousTransform {
         /// Columns of the 3×4 matrix that transforms world positions of the instance's points in the current frame to those
         /// of the previous frame: three axes, then the translation.
@@ -242,33 +243,34 @@ crate::gpu_struct! {
     /// no stack: if the box of a node contains the point, the walk continues at the next node, otherwise after the node's
     /// last descendant.
     pub struct GpuLightNode {
-        /// Smallest coordinates, in world space, of a box that is larger than the box around the node's lights. A walk
-        /// through the light BVH tests whether the point that receives light is inside. If
-        /// `RestirConstants::light_bvh_joins` is 1, the node's lights are drawn as one group at points outside. If it is 0,
-        /// these lights contribute little at points outside, and are not drawn there.
+        /// Smallest coordinates, in world space and in the device's unit of length, of a box that is larger than the box
+        /// around the node's lights. A walk through the light BVH tests whether the point that receives light is inside the
+        /// larger box. If `RestirConstants::light_bvh_joins` is 1, the node's lights are drawn as one group at points
+        /// outside of it. If it is 0, they are not drawn there, because they contribute little.
         pub low: Vec3,
         /// Index of the node after this node's last descendant. A walk through the light BVH continues there if it skips the
-        /// descendants. For a leaf it is the index of the next node.
+        /// descendants of this node. For a leaf it is the index of the next node.
         pub next: u32,
         /// Largest coordinates, in world space, of the box whose smallest coordinates are `low`.
         pub high: Vec3,
         /// Index of the node's first light in the list of the lights of the BVH, which is in the order of the leaves
         /// (`light` and `before` of `GpuLightEntry`). Shaders draw one of the node's lights from this list.
         pub first: u32,
-        /// Centre of the box around the node's lights, in world space. Shaders use it as the position of all these lights to
-        /// estimate what the node contributes at a point. The box is not the enlarged one of `low` and `high`.
+        /// Centre of the box around the node's lights, in world space, in the device's unit of length. Shaders use it as the
+        /// position of all these lights to estimate what the node contributes at a point. The box is not the enlarged one of
+        /// `low` and `high`.
         pub center: Vec3,
-        /// Power of all lights in the node: the sum of area × luminance, in the squared unit of length times the unit of
-        /// radiance of the device. The expected contribution of the node at a point is proportional to it, and with it the
-        /// probability to draw the node. If `RestirConstants::light_bvh_uniform` is 1, it is instead the number of the
-        /// lights.
+        /// Power of all lights in the node: the sum of area × luminance, in the device's unit of radiance times the square
+        /// of its unit of length. The expected contribution of the node at a point, and thus the probability to draw the
+        /// node, is proportional to it. If `RestirConstants::light_bvh_uniform` is 1, the field is instead the number of the
+        /// node's lights.
         pub weight: f32,
         /// Mean of the unit normals of the node's lights, weighted by their power, from which shaders estimate how much
         /// light leaves towards a point. Its length is below 1 if the lights face different directions.
         pub normal: Vec3,
-        /// Half the diagonal of the box around the node's lights, in the device's unit of length. It widens the estimate of
-        /// what the lights contribute, because lights may be beside the centre of the box. The box is not the enlarged one
-        /// of `low` and `high`.
+        /// Half the diagonal of the box around the node's lights, in the device's unit of length. Lights may be beside the
+        /// centre of this box, so shaders use larger cosines and wider lobes for a larger box when they estimate what the
+        /// node contributes. The box is not the enlarged one of `low` and `high`.
         pub size: f32,
         /// Number of the lights in this node of the light BVH, including those of its descendants. Their indices in the list
         /// of the lights of the BVH are consecutive and begin with `first`.
@@ -287,21 +289,21 @@ crate::gpu_struct! {
     /// `before`) contains the lights of the BVH in the order of the BVH's leaves. The second array (`leaf`, `index`)
     /// contains, for each light of the scene, where in the BVH it is.
     pub struct GpuLightEntry {
-        /// Index of a light of the light BVH among the scene's lights of all kinds; a draw from the light BVH returns it. It
-        /// belongs to the first array, which has one element per light of the light BVH, in the order of the leaves.
+        /// Index, among the scene's lights of all kinds, of a light in the light BVH; a draw that selects this element
+        /// returns it. The field belongs to the first array, which has one element per light in the BVH, in the order of the
+        /// leaves.
         pub light: u32,
-        /// The first of the integers that select the light `light` when a random integer selects one of a node's lights. The
-        /// integers of this light end before the `before` of the next element; a light with more integers is drawn more
-        /// often. It belongs to the first array, which has one more element after the last light.
+        /// The smallest random integer that selects the light `light`, when shaders draw one of a node's lights by a random
+        /// integer. The integers of the light end before the `before` of the next element, so a light with more integers is
+        /// drawn more often. The field belongs to the first array, which has one more element after the last light.
         pub before: u32,
-        /// Index of the leaf node of the light BVH that contains a light; shaders compute from it the probability that a
-        /// draw from the light BVH selects this light. NONE if the BVH does not contain the light, as it never contains the
-        /// environment; the probability is then 0. It belongs to the second array, which has one element per light of the
-        /// scene, in the order of the lights.
+        /// Index of the leaf node of the light BVH that contains the light. Shaders compute from it the probability that a
+        /// draw from the light BVH selects this light. NONE for a light outside of the BVH, such as the environment; its
+        /// probability is 0. The field belongs to the second array, which has one element per light of the scene, in the
+        /// order of the lights.
         pub leaf: u32,
-        /// Index, in the first array, of the light to which `leaf` belongs; shaders find there the integers that select the
-        /// light (`before`). It belongs to the second array, like `leaf`. Without meaning if the light BVH does not contain
-        /// the light.
+        /// Index in the first array of the light to which `leaf` belongs; its `before` states which integers select the
+        /// light. This field belongs to the second array, like `leaf`. Without meaning for a light outside of the BVH.
         pub index: u32,
     }
 }
@@ -316,8 +318,8 @@ crate::gpu_struct! {
         /// result does not depend on the order of threads. Pixels that merge the slot's reservoir find its surface by this
         /// number.
         pub claim: u32,
-        /// Hash of the cell of space, and of the bin of normals, to which the slot's reservoir belongs. Pixels compare it
-        /// with the hash of their own cell and bin, because several cells may use the same slot.
+        /// Hash of the cell of space and the bin of normals to which the slot's reservoir belongs. Several cells may use the
+        /// same slot, so pixels merge the reservoir only if the hash of their own cell and bin is equal.
         pub key: u32,
     }
 }

@@ -73,7 +73,7 @@ macro_rules! scene_buffers {
             /// The instances of meshes that rays hit, after static meshes are merged. An instance has the transform of its
             /// mesh, and the indices at which the data of the mesh begin in other buffers. All instances with their
             /// transforms in the current frame come first. If something moves, all instances with their transforms in the
-            /// previous frame follow, so that shaders can evaluate both frames.
+            /// previous frame follow, so that shaders can also trace rays in the scene as it was in that frame.
             instances: [GpuInstance] as Records(GpuInstance); |c| c.epochs * c.instances;
             /// Nodes of the trees (eight-wide bounding volume hierarchies) that the compute tracer traverses, twenty words
             /// each. The tree over the instances in the current frame comes first, then, if something moves, the tree over
@@ -238,7 +238,7 @@ fn array(name: &str, glsl: &str) -> String {
 }
 
 /// The GLSL declaration of the buffer `name` with elements of the GLSL type `glsl`, which shaders read as `NAME.at[index]`
-/// through a descriptor, in variants without buffer addresses and for buffers that have no address in the table.
+/// through a descriptor, in variants without buffer addresses and for buffers that have no address in [`SceneTable`].
 fn binding(name: &str, glsl: &str) -> String {
     let block: String = name.split('_').map(capitalised).collect();
     format!("layout(scalar) readonly buffer {block}Block {{ {glsl} at[]; }} {name};\n")

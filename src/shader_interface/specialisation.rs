@@ -27,8 +27,8 @@ crate::gpu_specialisation! {
         /// can pass through such a surface, so shaders then test the alpha of each hit.
         pub has_alpha: bool = true,
         /// True if some surface that emits no light has alpha mode blend, so that it lets a fraction of light pass.
-        /// Visibility rays then return this fraction instead of only 0 or 1. If the visibility of a sample is otherwise
-        /// tested only for its weight, shaders trace one more ray when they add its light to the picture.
+        /// Visibility rays then return this fraction instead of only 0 or 1. With `Visibility::Weights`, shaders trace one
+        /// more ray when they add the light of a selected sample to the picture, and multiply the light by this fraction.
         pub has_blend: bool = false,
         /// True if some material has a normal map; if false, shaders do not read normal maps and tangents.
         pub has_normal_maps: bool = true,
@@ -52,7 +52,8 @@ crate::gpu_specialisation! {
         /// True if some emissive triangle emits to both sides; if false, shaders assume that all emit to their front only.
         pub has_double_sided_lights: bool = true,
         /// True if something besides the camera moves. Then the buffers of lights and instances hold all elements of the
-        /// current frame and after them all elements of the previous frame, so that shaders can evaluate both frames.
+        /// current frame and after them all elements of the previous frame, so that shaders can also compute light and
+        /// visibility as they were in the previous frame.
         pub moves: bool = false,
         /// Index, in the buffer `nodes`, of the root of the tree over the instances as they were in the previous frame. The
         /// compute tracer uses it to test visibility in that frame. 0 if nothing moves.
@@ -72,8 +73,9 @@ crate::gpu_specialisation! {
         /// Side in pixels of the square tiles of `PixelOrder::Swizzle`; other orders do not use it.
         pub swizzle: u32 = 4,
         /// True if reservoirs store three more words for debug AOVs, additional channels of a picture that show the reuse of
-        /// samples. The words are the pixel that drew the sample, the solid angle of the sample seen from that pixel's
-        /// surface, and the number of neighbours that were merged.
+        /// samples. The words are the index of the pixel that drew the sample, the solid angle per unit of the sample's
+        /// measure (such as area) seen from that pixel's surface, and the number of neighbours that the spatial passes of
+        /// the frame found.
         pub keeps_debug_words: bool = false,
         /// True if the pass counts rays, lanes in use, merged neighbours and memory traffic for profiles, which costs time.
         /// Faults, such as rejected values, are counted even if this is false.
@@ -100,8 +102,8 @@ crate::gpu_specialisation! {
         /// pixel itself.
         pub neighbours: u32 = 3,
         /// True if rare lights, which are far dimmer than the others, are sampled separately. For direct light, each pixel
-        /// draws one additional candidate among them, for which a shadow ray can be traced, and which is not resampled: in
-        /// resampling, brighter but hidden lights would win against it. For indirect light, a fraction of the path vertices
+        /// draws one additional candidate from the rare lights only. It is not resampled, because brighter lights would win
+        /// against it even where they are hidden. For indirect light, a fraction of the path vertices, selected at random,
         /// sample rare lights only. All other light samples leave rare lights out.
         pub rare_lights: bool = false,
         /// True if some of the light samples at a shading point are drawn from the light BVH. This is a tree over lights,
@@ -122,9 +124,9 @@ crate::gpu_specialisation! {
         /// True if the pass that traces paths of indirect light keeps one path per pixel in a reservoir, so that pixels can
         /// reuse it; false if it adds the light of its paths to the picture at once, as a path tracer does.
         pub uses_reservoirs: bool = true,
-        /// True if the radiance that leaves a path's second vertex (the first one after the surface that the pixel shows) is
-        /// assumed to be equal in all directions when other pixels reuse the path. This is cheaper than evaluating the BSDF
-        /// at this vertex again, but biased on glossy surfaces.
+        /// True if pixels that reuse a path take over the radiance that leaves its second vertex (the first one after the
+        /// surface that the pixel shows), as if it were equal in all directions. This is cheaper than evaluating the BSDF at
+        /// this vertex again, but it gives a bias if the surface there is glossy.
         pub biased_shift: bool = false,
     }
 }

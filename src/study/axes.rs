@@ -34,8 +34,8 @@ const COLORS: [RGBColor; 7] = [
 /// The result of one configuration on one scene: a point of the curve that the figure shows over a parameter of the scene.
 struct Point {
     value: f64,
-    /// The RMSE of the last frame, as the mean over seeds, divided by the mean radiance of the reference, so that bright and
-    /// dark scenes are comparable.
+    /// The RMSE of the last frame, averaged over the seeds, as a fraction of the reference's mean radiance. The fraction
+    /// makes bright and dark scenes comparable.
     error: f64,
     /// For the colour channel with the largest bias: the bias of the picture's mean, and then the half-width of the 99 %
     /// interval of this bias. Both are in percent of the reference's mean. The figure shows them as an error bar.

@@ -4,11 +4,13 @@
 //! Frames of a run depend on each other, so runs with different seeds are the samples. Two things are tested:
 //!
 //! - the mean of the picture is compared with that of the reference by Welch's t-test, which includes the error of the
-//!   reference. If no bias is found, but the half-width of the interval exceeds half a percent, the verdict is `undecided`;
-//! - blocks of pixels are compared too, because a bias can cancel over the picture. Light noise is skewed to the right, so
-//!   the distribution of the blocks' t values is compared with that of a control: path tracing, which has no bias, with
-//!   about as much noise as the configuration. The worst block is also tested by itself, since one corner of a picture
-//!   hardly changes a distribution. These tests ignore that neighbouring blocks are correlated, so they only raise an alarm.
+//!   reference. If no bias is found, but the half-width of the interval exceeds half a percent of the reference's mean, the
+//!   verdict is `undecided`;
+//! - blocks of pixels are compared too, because a bias can cancel over the picture. The noise of rendered pictures is skewed
+//!   to the right, so the distribution of the blocks' t values is compared with that of a control: path tracing, which has
+//!   no bias, with about as much noise as the configuration. The worst block is also tested by itself, since one corner of a
+//!   picture hardly changes a distribution. These tests ignore that neighbouring blocks are correlated, so they only raise
+//!   an alarm.
 //!
 //! After an alarm of either test, runs with fresh seeds alone decide, because the first seeds were the reason for the alarm.
 
@@ -24,9 +26,9 @@ use serde::Serialize;
 /// configuration to be unbiased, it gets more seeds until its half-width is at most this limit or its number of seeds is the
 /// plan's maximum.
 pub const WIDEST: f64 = 0.005;
-/// The limit for the half-width of the 99 % interval of a reference's mean, as a fraction of this mean. A study refuses a
-/// reference whose half-width is larger. The limit is below [`WIDEST`], because the interval of a bias contains the error of
-/// the reference and also the error of the runs.
+/// The limit for the half-width of the 99 % interval of a reference's mean, as a fraction of this mean. If a plan expects
+/// `unbiased`, its study refuses a reference whose half-width is larger, except with the option `--quick`. The limit is
+/// below [`WIDEST`], because the interval of a bias contains the error of the reference and also the error of the runs.
 pub const WIDEST_REFERENCE: f64 = 0.004;
 /// The level of the tests for bias: if a corrected p-value of a configuration on a scene is below it, the verdict there is
 /// `biased`. Holm's method corrects the p-values of several tests together for the number of these tests. The level is the
@@ -61,8 +63,8 @@ pub struct Bias {
     /// For each channel, the half-width of the 99 % interval around [`Self::relative`], in the same unit. While it is above
     /// [`WIDEST`], the interval is too wide for the verdict `unbiased`.
     pub half_width: [f64; 3],
-    /// For each channel, the probability that chance alone causes a difference from the reference at least as large as this
-    /// one, if there is no bias. Small values raise an alarm. The p-values are not corrected for the number of tests;
+    /// For each channel, the probability that an unbiased configuration differs from the reference by at least the measured
+    /// difference. Small values raise an alarm. The p-values are not corrected for the number of tests;
     /// [`judge`](super::results::judge) corrects them.
     pub p_values: [f64; 3],
     #[serde(skip)]
@@ -76,8 +78,8 @@ pub struct Bias {
 }
 
 impl Bias {
-    /// Estimates the bias of one configuration from the means of its runs, one run for each seed, and from the mean of
-    /// `reference`, the reference of the last frame. A difference that rounding alone explains counts as 0.
+    /// Estimates the bias of one configuration: the mean of `runs`, one run for each seed, minus the mean of `reference`,
+    /// which is the reference of the last frame. A difference so small that rounding alone can cause it counts as 0.
     pub fn measure(runs: &[&Run], reference: &Reference) -> Self {
         let truth = reference.mean_estimates();
         let own = [0, 1, 2].map(|c| {
@@ -172,8 +174,8 @@ fn is_rounding(difference: &Estimate, rounding: f64) -> bool {
 }
 
 /// For each block (a square of 8 × 8 pixels), row by row, the mean of its luminance over the runs minus its luminance in the
-/// reference. Tests for a bias of blocks use it. `None` for a block without noise, such as a black one, and for a block
-/// whose difference rounding alone explains.
+/// reference. Tests for a bias of blocks use it. It is `None` for a block without noise, such as a black one, and for a
+/// block with a difference so small that rounding alone can cause it.
 fn block_differences(runs: &[&Run], reference: &Reference) -> Vec<Option<Estimate>> {
     let truth = reference.block_estimates();
     let (_, rounding) = reference.rounding();
@@ -196,10 +198,10 @@ fn t_values(runs: &[&Run], reference: &Reference) -> Vec<f64> {
         .collect()
 }
 
-/// The p-value of two combined tests whether blocks (squares of 8 × 8 pixels) of a configuration have a bias; a small value
-/// raises an alarm. The first test compares the distribution of the blocks' t values with that of the blocks of `control`
-/// (runs of path tracing with similar noise). The second tests the block whose t value is farthest from 0. The p-value would
-/// be exact if blocks were independent; it is 1 if no block has noise.
+/// The p-value for a bias in blocks (squares of 8 × 8 pixels) of a configuration; a small value raises an alarm. It is twice
+/// the smaller p-value of two tests, and at most 1. The first test compares the distribution of the blocks' t values with
+/// that of the blocks of `control` (runs of path tracing with similar noise). The second tests the block whose t value is
+/// farthest from 0. The p-value would be exact if blocks were independent; it is 1 if no block has noise.
 pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) -> f64 {
     let own = t_values(runs, reference);
     if own.is_empty() {

@@ -127,7 +127,8 @@ mod tests {
         assert!(missed <= 8, "{missed} of {TRIALS}");
     }
 
-    /// The biased block is also the block in which the reference has the most noise.
+    /// In block 0, the reference has more noise than in the other five blocks. The runs have no bias in the first round, and
+    /// a bias in this block alone in the second round.
     #[test]
     fn intervals_cover_the_truth_beside_a_noisy_reference() {
         const TRIALS: u32 = 200;

@@ -90,9 +90,9 @@ impl Forecast {
         self.stages.entry((scene.to_owned(), effort)).or_default()
     }
 
-    /// The predicted duration of one step of the kind `effort` on the scene of `stage`, in seconds: the mean over the steps
-    /// that are done there. If there are none, it is the mean of this kind of work over all scenes; if there are none
-    /// either, the mean over all kinds of work; before the first step, 0.
+    /// The predicted duration of one step, in seconds: the mean over the steps of `stage` (one kind of work on one scene)
+    /// that are done. If none is done, it is the mean over the steps of the kind `effort` on all scenes. If none of these is
+    /// done, it is the mean over all steps that are done, or 0 before the first one.
     fn step_seconds(&self, effort: Effort, stage: &Stage) -> f64 {
         let mean = |stages: &mut dyn Iterator<Item = &Stage>| {
             let (mut steps, mut seconds) = (0, 0.0);

@@ -33,15 +33,15 @@ pub struct Plan {
     /// otherwise it is measured in the last frame.
     #[serde(default = "one")]
     pub frames: u32,
-    /// The number of frames per second of time in the scene, so that the scene moves from frame to frame. `None`: all frames
-    /// show the time `start_time`.
+    /// The number of frames for each second of time in the scene: frame `i` shows the time `start_time` + `i` / `fps`.
+    /// `None`: all frames show the time `start_time`.
     #[serde(default)]
     pub fps: Option<f64>,
     /// The time in the scene that frame 0 shows, in seconds; by default 0.
     #[serde(default)]
     pub start_time: f64,
     /// The number of runs of each configuration on each scene, at least 2 and by default 64. Each run has its own seed, so
-    /// their noise is independent, and the mean of more runs is known better.
+    /// the noise of different runs is independent, and the mean of more runs has a smaller error.
     #[serde(default = "default_seeds")]
     pub seeds: u32,
     /// The maximum number of runs of a configuration on a scene. After `seeds` runs, more are rendered only if the
@@ -356,9 +356,9 @@ impl Plan {
     }
 
     /// The complete settings of a configuration: those of the preset with the name `preset`, to which all `changes` are
-    /// applied in order. Each of `changes` is the name of a table of the configuration, such as `set`, and its new values by
-    /// dotted key. `path` is the place of the configuration in the plan's text, so that an error can name the line. Fails if
-    /// the preset or a setting is wrong.
+    /// applied in order. Each of `changes` is a pair: the name of a table of the configuration, such as `set`, and the new
+    /// values in this table by dotted key. `path` is the place of the configuration in the plan's text, so that an error can
+    /// name the line. Fails if the preset or a setting is wrong.
     fn settings(
         &self,
         path: &[Step<'_>],

@@ -28,8 +28,8 @@ pub struct PlannedScene {
 
 impl PlannedScene {
     /// The scene with the name `name` and without further keys: seen by its first camera (or, without cameras, by one that
-    /// frames the scene), without an environment, and with the plan's number of samples for references. A scene becomes this
-    /// value if the plan gives it by name alone, or if only the command line names it.
+    /// frames the scene), without an environment, and with the plan's number of samples for references. A study uses it for
+    /// a scene that the plan gives by its name alone, and for a scene that the command line names but the plan does not.
     pub fn named(name: &str) -> Self {
         Self {
             name: name.to_owned(),

@@ -6,10 +6,11 @@ use serde_json::{Map, Value};
 /// one value for each setting, and becomes one configuration of the study. Combinations are made one by one, so that a wrong
 /// setting is reported before the other combinations take memory.
 pub struct Product<'a> {
-    /// The dotted key of each setting, such as `direct.mis`, with the list of its values, which is not empty.
+    /// The settings that the sweep varies: pairs of a dotted key, such as `direct.mis`, and the list of values of this
+    /// setting, which is not empty.
     lists: Vec<(&'a String, &'a [Value])>,
     /// The number of combinations: the product of the lengths of all lists. It is `usize::MAX` if this product is too large
-    /// for a `usize`. A plan with too many is refused.
+    /// for a `usize`. A plan with too many combinations is refused before they are made.
     pub count: usize,
 }
 

@@ -25,8 +25,9 @@ const ROUNDING: f64 = 1e-6;
 /// The seed of all references. It is far from the seeds of runs, so that the random numbers of a reference differ from those
 /// of every run.
 const SEED: u32 = 0x5EED_0000;
-/// The maximum number of samples per pixel that one call of the renderer adds to a reference. After each call, and between
-/// the parts of a picture that are rendered one after the other, the study reports its progress and can stop after a signal.
+/// The maximum number of samples per pixel that one call of the renderer adds to a reference. After each call, the study
+/// reports its progress and can stop after a signal. If a call renders a picture in strips of rows, the study also does so
+/// after each strip.
 const AT_ONCE: u32 = 16;
 
 /// The inputs of a reference, which is a path-traced picture that runs are compared with: what it shows, and how it is
@@ -67,14 +68,14 @@ impl Shot<'_> {
 pub struct Reference {
     /// The width of the picture, in pixels.
     pub width: u32,
-    /// The mean of the radiance of each pixel over all samples, in linear RGB.
+    /// The mean of the radiance of each pixel over all samples, in linear RGB and in the scene's unit.
     pub mean: Vec<[f32; 3]>,
     /// The standard error of [`Self::mean`] for each pixel and channel. It is at least 0 and in the unit of the mean. The
     /// intervals of a bias include it.
     pub error: Vec<[f32; 3]>,
-    /// The radiance of the emitter that each pixel shows directly, 0 where it shows none. It is subtracted from pictures
-    /// before their means are compared, because it has no noise, and because bright emitters would hide the relative error
-    /// of the lit surfaces.
+    /// The radiance of the emitter that each pixel shows directly, in the unit of [`Self::mean`]; 0 where it shows none. It
+    /// is subtracted from pictures before their means are compared, because it has no noise, and because bright emitters
+    /// would hide the relative error of the lit surfaces.
     pub emission: Vec<[f32; 3]>,
     /// The number of samples per pixel from which [`Self::mean`] and [`Self::error`] are computed. Confidence intervals that
     /// include the error of the reference depend on it too, because the quantile of Student's distribution does.
@@ -168,9 +169,10 @@ impl Reference {
     }
 
     /// The largest differences from the reference that rounding alone can cause, one for each mean that [`Self::reduce`]
-    /// returns, and in the unit of that mean. If neither a difference nor its standard error is larger, the difference does
-    /// not count as a bias. Rounding matters for a picture without noise, which differs from the reference only in the last
-    /// bits of its sums. The limits include the emission, because these sums contain it.
+    /// returns, and in the unit of that mean. If a difference and its standard error are both at most as large as the limit,
+    /// the difference does not count as a bias. Rounding matters for a picture without noise, which differs from the
+    /// reference only in the last bits of its sums. The limits also cover the rounding of directly visible emission, because
+    /// the sums contain it.
     pub fn rounding(&self) -> ([f64; 3], Vec<f64>) {
         self.means(|i, c| {
             let emission = f64::from(self.emission[i][c]).abs();
@@ -230,8 +232,9 @@ impl Reference {
     }
 
     /// The half-width of the 99 % interval of a channel's mean over the picture, as a fraction of that mean. It is the
-    /// largest over the channels that are not black; 0 if all are black. A study refuses a reference for which it is too
-    /// large, because no number of runs could then make the interval of a bias narrow enough.
+    /// largest over the channels that are not black; 0 if all are black. If a plan expects `unbiased`, its study refuses a
+    /// reference with too large a half-width (except with the option `--quick`), because no number of runs could then make
+    /// the interval of a bias narrow enough.
     pub fn half_width(&self) -> f64 {
         self.half_width_by(u64::from(self.samples))
     }
@@ -255,9 +258,10 @@ impl Reference {
         (normal / half_width).powi(2) * f64::from(self.samples)
     }
 
-    /// The mean luminance of each block (a square of [`BLOCK`] × [`BLOCK`] pixels) without emission, row by row, with its
-    /// standard error in the same unit. The blocks of runs are compared with these values. The channels of a pixel are
-    /// assumed to be fully correlated, so the error of its luminance is the weighted sum of the errors of its channels.
+    /// The mean luminance of each block (a square of [`BLOCK`] × [`BLOCK`] pixels) without emission, row by row, in the unit
+    /// of [`Self::mean`], with its standard error in the same unit. The blocks of runs are compared with these values. The
+    /// channels of a pixel are assumed to be fully correlated, so the error of its luminance is the weighted sum of the
+    /// errors of its channels.
     pub fn block_estimates(&self) -> Vec<Estimate> {
         let (_, means) = self.reduce(&self.mean);
         let mut squares = self.empty_blocks();

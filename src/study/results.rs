@@ -25,13 +25,14 @@ pub struct Row {
     /// The number of runs with the first seeds, one run for each seed. The runs with fresh seeds after an alarm (a sign of
     /// bias) do not count.
     pub seeds: usize,
-    /// The RMSE of each frame of a run against the reference of its time, in linear RGB, as the mean over seeds.
+    /// The RMSE of each frame against the reference of its time, in linear RGB and in the scene's unit of radiance, averaged
+    /// over the seeds.
     pub rmse: Vec<f64>,
     /// The RMSE of each frame of a run against the reference of its time, with the pixel values of both clamped to [0, 1],
     /// so that a few very bright pixels do not dominate. It is the mean over seeds.
     pub rmse_clamped: Vec<f64>,
-    /// The relMSE of each frame of a run against the reference of its time, as the mean over seeds: the mean over pixels and
-    /// channels of (a − b)² / (b² + 0.01), where a is the value in the frame and b the value in the reference.
+    /// The relMSE of each frame against the reference of its time, averaged over the seeds. The relMSE is the mean over
+    /// pixels and channels of (a − b)² / (b² + 0.01), where a is the value in the frame and b the value in the reference.
     pub relmse: Vec<f64>,
     /// For each frame, Pearson's correlation of the errors of all pixels with their errors in the previous frame, as the
     /// mean over seeds. It is in [−1, 1]: 1 means that both frames have the same noise, 0 that their noise is independent.
@@ -64,9 +65,10 @@ pub struct Row {
     /// The root mean square of the bias of blocks of 8 × 8 pixels, as a fraction of the reference's mean luminance. It also
     /// shows a bias that cancels over the picture. The verdict does not depend on it. Null for fewer than three runs.
     pub block_bias: Option<BlockBias>,
-    /// The p-value of two tests of blocks of 8 × 8 pixels, combined: whether their errors are distributed as those of path
-    /// tracing with similar noise, and whether the block that is farthest from the reference has a bias. A small value
-    /// raises an alarm. It would be exact if blocks were independent. It is 1 in rows that do not expect `unbiased`.
+    /// The p-value for a bias in blocks of 8 × 8 pixels; a small value raises an alarm. Two tests are combined: whether the
+    /// errors of blocks are distributed as those of path tracing with similar noise, and whether the block that is farthest
+    /// from the reference has a bias. It would be exact if blocks were independent. It is 1 in rows that do not expect
+    /// `unbiased`.
     pub blocks_p_value: f64,
     /// The result of the runs with fresh seeds, which alone decide if the first seeds raised an alarm (a sign of bias). Null
     /// without an alarm.
@@ -292,7 +294,8 @@ mod tests {
     use super::*;
     use crate::render::{Clock, Settings};
 
-    /// A row of `count` runs that differ from the reference by `offset` in every block. Each run took a minute.
+    /// The row of `count` runs, each with a duration of one minute. The luminance of every block scatters around 1 +
+    /// `offset`; in the reference it is 1.
     fn row(expect: Expect, count: u32, offset: f64) -> Row {
         let mut runs = runs(count, 0, [offset; BLOCKS]);
         for run in &mut runs {

@@ -30,7 +30,8 @@ pub struct Run {
     pub key: String,
     /// The seed from which all random numbers of the run are made. Runs with different seeds have independent noise.
     pub seed: u32,
-    /// The RMSE of each frame of the run against the reference of its time, in linear RGB.
+    /// The RMSE of each frame of the run against the reference of its time, in linear RGB and in the scene's unit of
+    /// radiance.
     pub rmse: Vec<f64>,
     /// The RMSE of each frame of the run against the reference of its time, with the pixel values of both clamped to [0, 1],
     /// so that a few very bright pixels do not dominate.

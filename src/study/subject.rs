@@ -31,7 +31,8 @@ pub struct Subject {
     scene: Arc<GpuScene>,
     view: View,
     camera: Option<MovingCamera>,
-    /// True if the scene has motion. If the plan has `fps`, each frame then shows its own time and has its own reference.
+    /// True if the scene has motion. If also the plan has `fps`, each frame shows its own time and is compared with its own
+    /// reference; otherwise one reference serves all frames.
     moves: bool,
     scene_hash: String,
     shaders: Fingerprints,

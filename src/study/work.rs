@@ -116,7 +116,7 @@ impl<'a> Work<'a> {
 
     /// Makes the references of the configurations in `claims`, and refuses a reference with too large an error. The caller
     /// ensures that the plan expects these configurations to be unbiased. The interval of a bias contains the error of the
-    /// reference, so with such a reference no number of runs could make the interval narrow enough for a proof.
+    /// reference, so no number of runs could make the interval narrow enough for a proof with such a reference.
     ///
     /// # Errors
     /// The half-width of a reference exceeds [`WIDEST_REFERENCE`], or an error of [`Self::rows`] occurs.
@@ -282,9 +282,9 @@ impl<'a> Work<'a> {
         ))
     }
 
-    /// The p-value of a comparison of the configuration's blocks of pixels with those of a control, which is path tracing
-    /// without bias; a small value raises an alarm. The control has as many runs as the plan has seeds, and similar noise.
-    /// Renders those runs of the control that are missing.
+    /// The p-value for a bias in blocks of pixels of the configuration; a small value raises an alarm. It renders the
+    /// missing runs of a control and compares the blocks with those of the control. A control is path tracing, which has no
+    /// bias, with about as much noise as the configuration and as many runs as the plan has seeds.
     fn blocks_p_value(&mut self, configuration: &Resolved) -> Result<f64> {
         let seeds = self.plan.seeds;
         let own = self.subject.key(configuration)?;

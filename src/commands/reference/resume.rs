@@ -123,9 +123,9 @@ fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
     Ok((0..earlier.pixels()).map(pixel).collect())
 }
 
-/// True if the sums of a pixel can be those of `samples` samples; if not, the file is damaged. All four values must be
-/// finite. The sums of radiance and of squared radiance must not be negative, and their rounding errors (`sum_low`,
-/// `square_low`) must be small. The mean square must not be below the square of the mean, except for rounding.
+/// True if the sums of a pixel can be those of `samples` samples; if not, the file is damaged. The sums of radiance and of
+/// squared radiance must be finite and not negative. Their rounding errors (`sum_low`, `square_low`) must be finite and
+/// small. The mean of the squares must not be below the square of the mean, except for rounding.
 fn possible(pixel: &PixelSums, samples: u32) -> bool {
     let parts = PARTS.map(|(_, part)| part(pixel).as_dvec3());
     let [sum, sum_low, square, square_low] = parts;

@@ -24,9 +24,10 @@ const FILLED: f64 = 0.25;
 /// lights. It divides emitters that fill the scene, such as a floor that glows, into many clusters.
 const LARGEST: f32 = 1.0 / 16.0;
 
-/// A set of lights that are never divided among clusters: the triangles of one emitter, or a single light. `lights` has
-/// their indices in the list that [`clusters`] gets. Units are joined to one cluster by the box around all lights of the
-/// unit (device's world space) and by the sum of their areas (square of the device's unit of length).
+/// A set of lights that always stay in the same cluster: a group of connected triangles, a single light, or lights with
+/// equal boxes. `lights` has their indices in the list that [`clusters`] gets. `low` and `high` are the corners of the box
+/// around all these lights, in the device's world space. `area` is the sum of their areas, in the square of the device's
+/// unit of length.
 struct Unit {
     lights: Vec<u32>,
     low: Vec3,

@@ -1,6 +1,7 @@
 //! Groups of emissive triangles that are connected by common corners, as the triangles of one finely modelled emitter are.
-//! The light BVH treats a group as one light where it can. The renderer counts a group as one emitter where a setting, such
-//! as `candidates=auto`, depends on the number of emitters.
+//! The light BVH keeps a group in one leaf, unless the group is large compared with the scene, or its area is small compared
+//! with the box around it. The renderer counts a group as one emitter where a setting, such as `candidates=auto`, depends on
+//! the number of emitters.
 
 use crate::scene::lights::EmitterTriangle;
 use std::collections::HashMap;
@@ -28,9 +29,9 @@ pub fn connected(triangles: &[EmitterTriangle]) -> Vec<u32> {
         .collect()
 }
 
-/// The index of the first triangle of the group that contains the triangle `index`. In `firsts`, each triangle refers to an
-/// earlier one of its group, or to itself if it is the first (union-find). The search shortens these chains of references,
-/// so that later searches are faster.
+/// The index of the first triangle of the group that contains the triangle `index`; a group is triangles that are connected
+/// by common corners. In `firsts`, each triangle refers to an earlier one of its group, or to itself if it is the first
+/// (union-find). The search shortens these chains of references, so that later searches are faster.
 fn first(firsts: &mut [u32], mut index: u32) -> u32 {
     while firsts[index as usize] != index {
         firsts[index as usize] = firsts[firsts[index as usize] as usize];

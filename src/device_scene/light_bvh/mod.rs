@@ -46,8 +46,8 @@ pub struct LightBvhOptions {
     /// True if lights are drawn in proportion to their power from the node that a walk (the search of the tree for one
     /// point) has selected. False if all lights that the walk finds are equally likely.
     pub by_power: bool,
-    /// True if the tree contains no rare lights (far dimmer than the others). This is so if separate candidates are drawn
-    /// from rare lights wherever candidates are drawn from the tree. False if the tree contains them like other lights.
+    /// True to leave rare lights (far dimmer than the others) out of the tree, false to include them like other lights. It
+    /// is true if separate candidates are drawn from rare lights wherever candidates are drawn from the tree.
     pub leaves_out_rare: bool,
 }
 
@@ -65,23 +65,24 @@ impl LightBvhOptions {
 pub struct NearLight {
     /// The index of the light among the lights of all kinds: triangles first, then punctual lights.
     pub index: u32,
-    /// The number of the group to which the light belongs, for the choice of clusters. Emissive triangles that are connected
-    /// by common corners have the same number, and each other light has its own. Such triangles form one cluster if they
-    /// fill the box around them.
+    /// The number of the group to which the light belongs. Emissive triangles that are connected by common corners have the
+    /// same number, and each other light has its own. When clusters are made, the triangles of a group stay together if the
+    /// sum of their areas is large enough for the box around them.
     pub group: u32,
     /// The smallest x, y and z of the box around the light, in the device's world space.
     pub low: Vec3,
     /// The largest x, y and z of the box around the light, in the device's world space.
     pub high: Vec3,
-    /// The unit normal of the half space into which a one-sided triangle or a spot emits; zero for other lights, which emit
-    /// into all directions.
+    /// The unit normal, in world space, of the half space into which a one-sided triangle or a spot emits; zero for other
+    /// lights, which emit into all directions.
     pub normal: Vec3,
     /// The light's entry of [`Lights::powers`]: its power divided by π, in the device's units of radiance × squared length.
     /// For a triangle, it is area × luminance, doubled if both sides emit, as in [`crate::scene::lights::power`]. The radius
     /// of the box of influence follows from it and, with [`LightBvhOptions::by_power`], the weight of the light in draws.
     pub power: f64,
-    /// The area of the light, in the square of the device's unit of length; 0 for a punctual light. Lights form a cluster
-    /// only if the sum of their areas is large enough for the box around them.
+    /// The area of the light, in the square of the device's unit of length; 0 for a punctual light. Lights at different
+    /// places form a cluster only if the sum of their areas is at least a fixed fraction of the squared diagonal of the box
+    /// around them.
     pub area: f64,
 }
 
@@ -136,12 +137,12 @@ impl NearLight {
 pub struct LightBvhContents {
     /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
-    /// Two arrays in one: an entry has the fields of both, and the arrays have nothing else in common. The first array
-    /// (`light`, `before`) lists the lights in the order of the tree's leaves, each with the sum of the integer weights of
-    /// all lights before it; one more entry has the total. Shaders draw a light of a node by these sums. The second array
-    /// (`leaf`, `index`) has one entry per light of the scene, of any kind: the index in `nodes` of the leaf that contains
-    /// the light (NONE if the tree lacks the light), and the light's index in the first array. Shaders compute from it the
-    /// probability with which a given light is drawn.
+    /// Two separate arrays: entry `i` has element `i` of both. The first (fields `light` and `before`) lists the lights in
+    /// the order of the tree's leaves, each with the sum of the integer weights of all lights before it; one more element
+    /// has the total. Shaders draw a light of a node by these sums. The second (fields `leaf` and `index`) has one element
+    /// per light of the scene, of any kind: the index in `nodes` of the leaf that contains the light (NONE if the tree lacks
+    /// the light), and the light's index in the first array. Shaders compute from it the probability with which a given
+    /// light is drawn.
     pub entries: Vec<GpuLightEntry>,
 }
 
@@ -192,8 +193,8 @@ pub struct LightBvh {
     /// [`LightBvhOptions::cut`], the distance is scale times half the diagonal of that box; otherwise it is scale · √power,
     /// with the power of the lights in the device's units.
     pub scale: f32,
-    /// The lights in the order of the tree's leaves, each as its position in the list that [`NearLight::of`] makes. A node's
-    /// lights are consecutive here.
+    /// The lights in the order of the tree's leaves, each as its index in the list that [`NearLight::of`] makes. The lights
+    /// of a node are consecutive here.
     order: Vec<u32>,
     tree: Vec<Topology>,
     /// For each node, the distances, in the device's unit of length, by which its box of influence extends beyond the box
@@ -305,7 +306,7 @@ impl LightBvh {
     }
 
     /// The lights of a node and of its descendants, from which the node's box and power are computed. Each light is given by
-    /// its position in the list that [`NearLight::of`] makes.
+    /// its index in the list that [`NearLight::of`] makes.
     fn lights_of(&self, node: &Topology) -> &[u32] {
         &self.order[node.first as usize..][..node.count as usize]
     }

@@ -1,21 +1,21 @@
 //! The choice of the scale of boxes of influence. These are boxes around clusters of lights; at a point outside of a
-//! cluster's box, the light BVH does not find the cluster. The scale is chosen so that points on surfaces are, on average,
-//! inside [`OVERLAP`] boxes.
+//! cluster's box, the light BVH does not find the cluster. The scale is chosen so that a point on a surface is inside
+//! [`OVERLAP`] boxes on average, or inside fewer in a scene with at most ten clusters.
 
 use super::{LightBvh, NearLight, walk};
 use crate::shader_interface::GpuLightNode;
 use glam::Vec3;
 
-/// The mean number of boxes of influence around a point on a surface for which [`fitting`] chooses the scale. Points outside
-/// of all boxes do not count in the mean. A higher number finds better light candidates where many lights matter, and makes
-/// the search of the tree longer.
+/// The mean number of boxes of influence around a point on a surface for which [`fitting`] chooses the scale, in a scene
+/// with more than ten clusters. Points outside of all boxes do not count in the mean. A higher number finds better light
+/// candidates where many lights matter, and makes the search of the tree longer.
 const OVERLAP: f64 = 8.0;
 
-/// Finds the smallest scale of boxes of influence at which the points `surfaces`, in the device's world space, are inside
-/// [`OVERLAP`] boxes on average. Points outside of all boxes do not count in this average. With at most ten clusters of
-/// lights, the wanted average is instead three quarters of the number of clusters, and all points count. Scales between 2⁻³⁰
-/// and 2³⁰ are tried, in steps of a factor 2^¼; if none is sufficient, the result is 2³⁰. The search overwrites the scale of
-/// `bvh`.
+/// Finds the smallest scale of boxes of influence at which a point of `surfaces` (in the device's world space) is inside
+/// enough boxes on average. Enough is [`OVERLAP`], in the mean over the points that are inside any box. With at most ten
+/// clusters of lights, it is three quarters of the number of clusters, in the mean over all points. Scales between 2⁻³⁰ and
+/// 2³⁰ are tried, in steps of a factor 2^¼; if none is sufficient, the result is 2³⁰. Each try changes the scale of `bvh`,
+/// and the last one need not be the result.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
     // Up to ten clusters are too few for that number: three quarters of them are wanted, in the mean over all points. Over those
     // that a box holds the points on the emitters themselves would do.
@@ -70,8 +70,9 @@ mod tests {
     use crate::procedural;
     use glam::DVec3;
 
-    /// The box of a single emitter must contain most points of the scene. Points on the emitter itself are in its box at any
-    /// scale; a search that ended with these alone would choose too small a scale.
+    /// With a single emitter, the chosen scale must be so large that the emitter's box contains most points of the scene.
+    /// Points on the emitter itself are in its box at any scale; a search that ended with these alone would choose too small
+    /// a scale.
     #[test]
     fn one_emitter_lights_most_points() {
         let scene = procedural::generate("statue-room", &[]).unwrap();

@@ -16,9 +16,9 @@ use std::f32::consts::TAU;
 const RAYS: usize = 256;
 /// The maximum number of clusters whose rays are traced in one call. It limits the host memory for these rays to 64 MiB.
 const CLUSTERS_AT_ONCE: usize = 4096;
-/// The distance between a ray's start and its point on the light, as a fraction of the largest coordinate of that point. It
-/// is several times the rounding error of f32, so that the ray does not hit the emitter itself, which would make the box too
-/// small.
+/// The distance from the random point on a light to the start of its ray, as a fraction of the point's coordinate with the
+/// largest absolute value. It is several times the rounding error of f32, so that the ray does not hit the emitter itself.
+/// Such a hit would end the ray at once, and make the cluster's box of influence too small.
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
@@ -73,9 +73,9 @@ impl LightBvh {
     }
 }
 
-/// A ray in the device's world space, for [`LightBvh::limit`]: it starts at a random point of a light, and goes in a random
-/// direction into which the light emits. `light` is the index of this light among the lights of all kinds. `radius` is the
-/// maximum length of the ray, in the device's units.
+/// A ray in the device's world space, for [`LightBvh::limit`]: it starts next to a random point of a light, and goes in a
+/// random direction into which the light emits. `light` is the index of this light among the lights of all kinds. `radius`
+/// is the maximum length of the ray, in the device's units.
 fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> RayQuery {
     let (position, axis) = point(lights, light, random);
     let mut direction = direction(random);
@@ -91,7 +91,7 @@ fn probe(lights: &Lights, light: usize, radius: f32, random: &mut Random) -> Ray
     }
 }
 
-/// A random point of a light, uniform by area, at which [`probe`] starts a ray, and the unit normal of the half space into
+/// A random point of a light, uniform by area, near which [`probe`] starts a ray, and the unit normal of the half space into
 /// which the light emits. Both are in the device's world space. The normal is zero for a light that emits into all
 /// directions. A punctual light has only one point. `index` is the index of the light among the lights of all kinds.
 fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {

@@ -27,8 +27,8 @@ pub struct Detail<W: Fn(Vec3) -> f32> {
     /// simplification would fold it or make it non-manifold.
     pub triangles: usize,
     /// A function that takes a position in metres, in the coordinates of the body, and returns the weight of the surface
-    /// there. The simplification multiplies its errors by this weight. Regions with a higher weight keep more triangles, and
-    /// a constant weight treats all regions equally.
+    /// there. The simplification multiplies the error of a change at this position by the weight. Regions with a higher
+    /// weight keep more triangles, and a constant weight treats all regions equally.
     pub weight: W,
 }
 
@@ -62,8 +62,8 @@ fn slope(body: &impl Fn(Vec3) -> f32, p: Vec3) -> Vec3 {
     Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z)) / (2.0 * STEP)
 }
 
-/// Moves a point near the surface of the body onto the surface, along the gradient of the body's function. Vertices need
-/// this because contouring and simplification place them only near the surface.
+/// Moves a point near the surface of the body onto the surface, along the gradient of the body's signed distance function.
+/// Vertices need this because contouring and simplification place them only near the surface.
 fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     for _ in 0..3 {
         let slope = slope(body, p);
@@ -76,21 +76,22 @@ fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
 type GridIndex = [usize; 3];
 
 /// The number of grid nodes along each side of a block. The nodes of a grid are divided into cubic blocks, which are
-/// computed one after the other. If a block is far from the surface, the body's function is evaluated only once for it
-/// instead of at every node, which saves time.
+/// computed one after the other. If a block is far from the surface, the body's signed distance function is evaluated only
+/// once for it instead of at every node, which saves time.
 const BLOCK: usize = 5;
-/// The assumed maximum length of the gradient of a body's function; it would be 1 for an exact signed distance. It decides
-/// which blocks are far from the surface; if it were too low, parts of the surface could be missed.
+/// The assumed maximum length of the gradient of a body's signed distance function, in metres per metre. It is 1 for an
+/// exact signed distance; approximate ones can change faster. It decides which blocks are far from the surface. If it were
+/// too low, parts of the surface could be missed.
 const MAX_SLOPE: f32 = 2.0;
 
-/// The values of a body's function at the nodes of a grid, and the points where the body's surface crosses the edges between
-/// nodes. The triangles of the surface are made from them.
+/// The values of a body's signed distance function at the nodes of a grid, and the points where the body's surface crosses
+/// the edges between nodes. The triangles of the surface are made from them.
 struct Net<'a> {
     grid: &'a [Vec<f32>; 3],
     size: GridIndex,
     values: Vec<f32>,
     /// The points in metres where the surface crosses edges of the grid, each with the unit normal of the surface. The key
-    /// is the position of the edge's lower node in `values`, and the axis of the edge (0 to 2). [`Net::corner`] places the
+    /// is the index of the edge's lower node in `values`, and the axis of the edge (0 to 2). [`Net::corner`] places the
     /// vertices of the surface by these points.
     crossings: HashMap<(usize, usize), (Vec3, Vec3)>,
 }
@@ -123,8 +124,9 @@ impl<'a> Net<'a> {
         net
     }
 
-    /// Computes the values of the body's function at the nodes of one block, whose lowest node is `first`. Far from the
-    /// surface only the sign of the function matters, so all nodes of such a block get its value at the centre of the block.
+    /// Computes the values of the body's signed distance function at the nodes of one block, whose lowest node is `first`.
+    /// Far from the surface, only the sign of the function matters. So if the whole block is far from the surface, all its
+    /// nodes get the value at the centre of the block.
     fn fill(&mut self, first: GridIndex, body: &impl Fn(Vec3) -> f32) {
         let end = [0, 1, 2].map(|axis| (first[axis] + BLOCK).min(self.size[axis]));
         let (low, high) = (self.node(first), self.node(end.map(|i| i - 1)));
@@ -205,7 +207,7 @@ impl<'a> Net<'a> {
     }
 
     /// The point, in metres, where the surface crosses the edge between two neighbouring nodes, of which one is inside the
-    /// body. It is found by repeated linear interpolation of the body's function.
+    /// body. It is found by repeated linear interpolation of the body's signed distance function.
     fn crossing(&self, a: GridIndex, b: GridIndex, body: &impl Fn(Vec3) -> f32) -> Vec3 {
         let (mut from, mut to) = ((self.node(a), self.value(a)), (self.node(b), self.value(b)));
         for _ in 0..3 {

@@ -26,7 +26,8 @@ pub fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
     }
 }
 
-/// A material that emits `radiance` (linear RGB), and also reflects half of the incident light as a grey Lambertian surface.
+/// A material that emits `radiance` (linear RGB, in W/(m²·sr)), and also reflects half of the incident light as a grey
+/// Lambertian surface.
 pub fn emitter(name: &str, radiance: Vec3) -> Material {
     Material {
         emission: radiance,

@@ -43,8 +43,8 @@ impl Shape {
         shape
     }
 
-    /// A smooth unit sphere around the origin. It is an icosahedron, each of whose faces is divided into four,
-    /// `subdivisions` times, so that it has 20 × 4^`subdivisions` triangles.
+    /// A unit sphere around the origin, with smooth normals. It is made from an icosahedron, whose triangles are divided
+    /// into four, `subdivisions` times. So it has 20 × 4^`subdivisions` triangles.
     pub fn sphere(subdivisions: u32) -> Self {
         let g = (1.0 + 5_f32.sqrt()) / 2.0;
         let mut points = Vec::new();

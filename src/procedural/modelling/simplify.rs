@@ -79,8 +79,8 @@ impl Net<'_> {
     }
 
     /// The position in metres to which the edge between the points `i` and `j` should be collapsed, and the error at this
-    /// position. The error is the sum of the [`Quadric`]s of both points. It contains the planes of the original faces
-    /// around the two points, and around all points that were collapsed into them before.
+    /// position. The error is the sum of the values of the two points' [`Quadric`]s there. Each quadric holds the planes of
+    /// the original faces around its point, and around all points that were collapsed into it before.
     fn target(&self, [i, j]: [usize; 2]) -> (DVec3, f64) {
         let (p, q) = (self.points[i], self.points[j]);
         let sum = self.quadrics[i].plus(self.quadrics[j]);

@@ -7,8 +7,8 @@ use crate::scene::{Motion, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// The minimum duration of a repeating animation track, in seconds. A track lasts the smallest whole number of its periods
-/// that is at least this long. Afterwards its value stays constant, so an object moves at least during this time.
+/// The minimum duration of a repeating animation track, in seconds. The track repeats its period a whole number of times,
+/// until it has lasted at least this long. After its end, its value stays constant.
 const LENGTH: f64 = 16.0;
 
 /// A scene that is still being built, together with the motion of its objects. [`Stage::scene`] joins the two when all
@@ -66,8 +66,8 @@ impl Stage {
     }
 
     /// Animates the emission of a material. The caller must add this material to [`Self::room`] right after this call,
-    /// before any other material. The emitted radiance is `color` (linear RGB) × `strength`. A track (values over time) in
-    /// `colors` or `strengths` replaces the constant colour or strength; with `None`, it stays constant.
+    /// before any other material. The emitted radiance is `color` (linear RGB) × `strength`, in W/(m²·sr). A track (values
+    /// over time) in `colors` or `strengths` replaces the constant colour or strength; with `None`, it stays constant.
     pub fn emit(
         &mut self,
         color: Vec3,
@@ -89,8 +89,8 @@ impl Stage {
     }
 }
 
-/// A transform that only translates, by `x`, `y` and `z` metres along the axes. It has no tracks yet, so that it is
-/// constant.
+/// A transform that only translates, by `x`, `y` and `z` metres along the axes. It has no animation tracks, so that it is
+/// constant until the caller sets some.
 pub fn at(x: f64, y: f64, z: f64) -> AnimatedTransform {
     AnimatedTransform::still(DVec3::new(x, y, z), DQuat::IDENTITY, DVec3::ONE)
 }

@@ -5,8 +5,8 @@ use crate::scene::{Mesh, Part, Scene};
 use glam::{DVec3, Vec3};
 
 /// Divides each edge of each emissive triangle of a scene into `pieces` equal parts, so that a triangle becomes `pieces`²
-/// triangles. Triangles that share an edge still have equal vertices along it. The caller ensures that meshes with emissive
-/// triangles have neither texture coordinates nor vertex colours, because the new vertices get none.
+/// triangles. Two triangles that share an edge get new vertices at the same positions on it, so that no gaps arise. Meshes
+/// with emissive triangles must not have texture coordinates or vertex colours, because the new vertices get none.
 pub fn tessellate_lights(scene: &mut Scene, pieces: u32) {
     for mesh in scene.meshes.iter_mut().filter(|_| pieces > 1) {
         let old = std::mem::take(&mut mesh.triangles);

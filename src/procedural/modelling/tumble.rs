@@ -12,8 +12,8 @@ const STEP: f32 = 1.0 / 180.0;
 /// The number of steps between two searches for the pairs of balls that may meet. A larger number needs fewer searches, but
 /// each search then finds more pairs, which every step must test.
 const SEARCH_INTERVAL: u32 = 4;
-/// The maximum distance in metres that a ball moves per step, which limits its speed to 4 m/s. Faster bodies, which fall
-/// from a great height, could pass through others.
+/// The maximum distance in metres that a ball moves per step, which limits its speed to 4 m/s. Without this limit, bodies
+/// that fall from a great height could pass through others.
 const MAX_STEP: f32 = 4.0 * STEP;
 /// The coefficient of friction between two balls, and between a ball and the floor. In each step, touching objects slide
 /// along each other by some distance. Friction reduces this distance by `FRICTION` × the depth of their overlap, but not
@@ -24,8 +24,8 @@ const FRICTION: f32 = 1.5;
 /// balls that approximate the object. After the simulation, the caller moves the visible shape of the object to its place in
 /// the heap with [`Self::moved`].
 pub struct Body {
-    /// The balls of the body: their centres relative to the mean of all centres, in the body's coordinates, and their radii
-    /// in metres.
+    /// The centre and the radius of each ball of the body, in metres. The centre is relative to the mean of all centres,
+    /// along the axes of the coordinates that were given to [`Self::new`].
     balls: Vec<(Vec3, f32)>,
     /// The mean of the balls' centres in metres, in the coordinates that were given to [`Self::new`]. The body rotates
     /// around this point ([`Self::moved`]).
@@ -98,7 +98,8 @@ struct Ball {
     at: Vec3,
     before: Vec3,
     radius: f32,
-    /// The reciprocal of the ball's mass. A lighter ball is moved further when two balls are separated.
+    /// 1 / the ball's mass, in 1/m³, because masses are volumes ([`Body::new`]). When two balls are moved apart, the one
+    /// with the larger value moves further.
     inverse_mass: f32,
     body: usize,
 }

@@ -127,8 +127,8 @@ impl Profile {
         Shape::smooth(positions, normals)
     }
 
-    /// The unit normals at the two ends of every segment of the profile. Where two segments meet at a slight bend, both get
-    /// the mean of their normals; at a sharp edge, each keeps its own normal.
+    /// The unit normals at the two ends of every segment of the profile. Where two segments meet at a bend of less than
+    /// about 45°, both get the mean of their normals. At a sharper edge, each keeps its own normal.
     fn normals(&self) -> Vec<[Vec2; 2]> {
         let flat: Vec<Vec2> = self
             .0
@@ -151,8 +151,8 @@ impl Profile {
     }
 }
 
-/// Turns a point (radius, height), or a direction in the plane of the profile, around the y axis. `turn` is in full turns,
-/// from +X towards +Z.
+/// The position in space of the point `p` (radius, height) of a profile that is turned around the y axis. `turn` is in full
+/// turns, from +X towards +Z. Directions in the plane of the profile are converted in the same way.
 fn at_turn(turn: f32, p: Vec2) -> Vec3 {
     let (sin, cos) = (turn * TAU).sin_cos();
     Vec3::new(p.x * cos, p.y, p.x * sin)

@@ -8,7 +8,7 @@ use glam::{Vec3, vec3};
 
 /// The distance of each wheel from the car's middle plane x = 0, in metres.
 const TRACK: f32 = 0.64;
-/// The distance of each axle from the car's middle, along its length, in metres.
+/// The distance of each axle from the car's middle plane z = 0, in metres.
 const BASE: f32 = 1.13;
 /// The radius of the wheels, in metres.
 const WHEEL: f32 = 0.31;

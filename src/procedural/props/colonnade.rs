@@ -122,8 +122,8 @@ pub fn arch() -> Shape {
     both
 }
 
-/// A blind arch: the moulding of an arch on a wall that has no opening and continues behind the moulding. The face of the
-/// wall is the plane z = 0. The origin is at the foot of the wall, in the middle of the arch.
+/// The moulding of a blind arch, which decorates a wall without an opening. The wall is not part of the shape; its face is
+/// the plane z = 0. The origin is at the foot of the wall, in the middle of the arch.
 pub fn blind_arch() -> Shape {
     let arch = Arch {
         radius: 0.8,

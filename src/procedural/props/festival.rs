@@ -36,8 +36,8 @@ pub struct Festival {
     left: u64,
 }
 
-/// The number of emissive triangles that are reserved for the pennants. A pennant is a single triangle. So the pennants can
-/// use all triangles that are left at the end, and the street gets exactly as many lights as the user asks for.
+/// The number of emissive triangles that lanterns and bulbs leave for the pennants. A pennant is a single triangle, so that
+/// the pennants can use exactly the number that is left at the end. Then the street has as many lights as the user asks for.
 const RESERVE: u64 = 60;
 
 impl Festival {
@@ -55,9 +55,9 @@ impl Festival {
         self.left >= RESERVE + paper(0.17).triangle_count() as u64
     }
 
-    /// Adds a shape that emits `radiance` (linear RGB); its positions are in the street, in metres. The number of emissive
-    /// triangles that may still be added becomes smaller by the number of its triangles. If then fewer triangles would be
-    /// left than the pennants need, the shape gets a dark material instead, and the number stays as it is.
+    /// Adds a shape that emits `radiance` (linear RGB, in W/(m²·sr)). Its positions are in the street, in metres. Its
+    /// triangles are subtracted from the number of emissive triangles that may still be added. If too few would then be left
+    /// for the pennants, nothing is subtracted, and the shape gets a dark material instead.
     pub fn light(&mut self, name: &str, radiance: Vec3, shape: Shape) {
         let triangles = shape.triangle_count() as u64;
         if self.left >= RESERVE + triangles {
@@ -208,8 +208,9 @@ impl Festival {
         }
     }
 
-    /// Adds pennants, glowing triangles that face +z, until no emissive triangle is left. They hang on cords from `a` to
-    /// `b`, up to 32 on each. Each further cord is 0.35 m above the previous one and 3.1 m behind it, towards −z.
+    /// Adds pennants, glowing triangles that face +z, until no emissive triangle is left. They hang on cords, up to 32 on
+    /// each. The first cord goes from `a` to `b`, positions in the street in metres. Each further cord is 0.35 m above the
+    /// previous one and 3.1 m behind it, towards −z.
     pub fn pennants(&mut self, random: &mut Random, a: Vec3, b: Vec3) {
         let cord = Material::lambert("cord", Vec3::splat(0.03));
         let a_row = 32;

@@ -6,8 +6,8 @@ use crate::procedural::modelling::{Shape, dielectric};
 use crate::scene::Material;
 use glam::Vec3;
 
-/// Adds a house with a random number of storeys at `spot`. In the spot's coordinates, its front is at x = 0, and it reaches
-/// from z = 0 to z = −`width` metres. The upper storeys jut out towards +x, over the street.
+/// Adds a house with a random number of storeys at `spot`. In the spot's coordinates, the front of the house is at x = 0,
+/// and the house reaches from z = 0 to z = −`width` metres. The upper storeys jut out towards +x, over the street.
 pub fn house(street: &mut Festival, random: &mut Random, spot: Spot, width: f32) {
     let plaster = random.pick(&[
         [0.72, 0.62, 0.46],

@@ -90,8 +90,8 @@ impl Sitter {
     }
 
     /// The signed distance in metres from the point `p` to the torso: neck, shoulders and chest, down to the stem that
-    /// stands on the foot of the bust. The origin is the middle of the head. `m` is `p` mirrored to the side +x; all parts
-    /// but the folds of the cloth are computed from it, so that they are symmetric.
+    /// stands on the foot of the bust. The origin is the middle of the head. `m` is `p` mirrored to the side +x. All parts
+    /// but the cloth are computed from `m`, so that they are symmetric.
     fn torso(&self, p: Vec3, m: Vec3) -> f32 {
         let mut d = ellipsoid(m, vec3(0.0, -0.33, -0.012), vec3(0.165, 0.16, 0.092));
         let shoulder = ellipsoid(m, vec3(0.16, -0.27, -0.025), vec3(0.062, 0.075, 0.062));
@@ -127,8 +127,8 @@ impl Sitter {
     }
 
     /// Converts a point `p` of the upright bust, whose head looks ahead, to its position in the random pose of this bust.
-    /// Both have the middle of the head of the upright bust as origin, in metres. The head turns and tilts, the neck follows
-    /// in part, and the chest stays.
+    /// Both positions are in metres, and their origin is the middle of the upright bust's head. The head turns and tilts,
+    /// the neck follows in part, and the chest stays.
     fn posed(&self, p: Vec3) -> Vec3 {
         let pivot = vec3(0.0, -0.1, -0.025);
         let t = ((p.y + 0.22) / 0.16).clamp(0.0, 1.0);

@@ -243,8 +243,8 @@ fn shell(model: &mut Model, half: Vec2, sides: &[Side; 4]) {
 }
 
 /// Adds the columns, piers, arches and balustrades of both storeys. `half.x` and `half.y` are half the lengths of the court
-/// along X and Z in metres, measured to the middle planes of the arcades. A column has `detail` sides, and a baluster has
-/// half as many.
+/// along X and Z in metres, measured to the middle planes of the arcades. `sides` are the four sides of the court. A column
+/// has `detail` sides, and a baluster has half as many.
 fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     let marble = dielectric("column", vec3(0.68, 0.65, 0.6), 0.3);
     let stone = dielectric("arcade", vec3(0.66, 0.59, 0.48), 0.5);
@@ -288,10 +288,10 @@ fn arcades(scene: &mut Builder, half: Vec2, sides: &[Side; 4], detail: u32) {
     }
 }
 
-/// Adds a lamp that emits the radiance `light` (linear RGB). Its centre is at the height `y[0]`, and it hangs from a ceiling
-/// at the height `y[1]`, in metres. Seen from above, it is on the line from `eye` through `behind`, `beyond` times as far
-/// from `eye` as `behind` is; both are positions in metres. An object that the caller adds at `behind` hides the lamp from
-/// `eye`.
+/// Adds a lamp that emits the radiance `light` (linear RGB, in W/(m²·sr)). Its centre is at the height `y[0]`, and it hangs
+/// from a ceiling at the height `y[1]`, in metres. Seen from above, it is on the line from `eye` through `behind`, `beyond`
+/// times as far from `eye` as `behind` is; both are positions in metres. An object that the caller adds at `behind` hides
+/// the lamp from `eye`.
 fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2], light: Vec3) {
     let [y, ceiling] = y;
     let to = (eye + (behind - eye) * beyond).with_y(y);

@@ -277,8 +277,8 @@ fn scatter(
 }
 
 /// Adds `count` coloured spheres that emit light, between and above the figures, within about `radius` metres of the origin.
-/// `taken` lists the spaces that figures and the camera occupy. No sphere is inside such a space, or between the camera,
-/// which is above `eye`, and the king.
+/// `taken` lists the spaces that figures and the camera occupy, and `eye` is the point on the ground below the camera. No
+/// sphere is inside an occupied space, or between the camera and the king.
 fn lights(
     scene: &mut Builder,
     random: &mut Random,

@@ -120,8 +120,8 @@ fn floor(model: &mut Model) {
     }
 }
 
-/// Adds the ceiling, and under it a square lamp with edges of `side` metres; its power is the same for every `side`. The
-/// lamp has a frame, which keeps its light off the ceiling.
+/// Adds the ceiling, and under it a square lamp with edges of `side` metres. The power of the lamp is the same for every
+/// `side`. The lamp has a frame, which keeps its light off the ceiling.
 fn ceiling(model: &mut Model, side: f32) {
     let corner = vec3(-SIDE, HIGH, BACK);
     model.add(

@@ -1,5 +1,5 @@
 //! The scene `terrain`: a landscape under a low sun, made of about as many triangles as the parameter `triangles` says. It
-//! tests scenes with very many triangles.
+//! tests scenes with very many triangles. Lengths are in metres.
 
 use crate::procedural::modelling::{Builder, Shape, emitter};
 use crate::procedural::parameters::{Parameter, Range, Values};

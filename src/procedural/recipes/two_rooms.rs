@@ -43,7 +43,7 @@ const HOLE_TOP: f32 = 2.08;
 const FRAME: f32 = 0.03;
 
 /// Adds the ground under the planks, the ceiling and the outer walls of both rooms: solid boxes that overlap, so that there
-/// are no gaps. `front` and `back` are the materials of the walls in the two rooms.
+/// are no gaps. `front` is the material of the walls in the front room, and `back` that in the back room.
 fn shell(model: &mut Model, front: &Material, back: &Material) {
     let plaster = Material::lambert("ceiling", Vec3::splat(0.75));
     let concrete = Material::lambert("under the floor", Vec3::splat(0.2));
@@ -70,8 +70,9 @@ fn shell(model: &mut Model, front: &Material, back: &Material) {
     solid(back, [-2.6, -0.1, low + 0.05], [2.6, 2.7, BACK]);
 }
 
-/// Adds the thin wall between the rooms, with the hole for the door. `front` and `back` are the materials of its sides in
-/// the two rooms. Its faces share their corners, so that there are no gaps.
+/// Adds the thin wall between the rooms, with the hole for the door. `front` is the material of the side in the front room,
+/// and `back` that of the side in the back room. Neighbouring faces of the wall share their corners, so that there are no
+/// gaps.
 fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     let xs = [-HALF - 0.1, HOLE.0, HOLE.1, HALF + 0.1];
     let ys = [-0.1, HOLE_TOP, HIGH + 0.1];

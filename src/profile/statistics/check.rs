@@ -3,8 +3,8 @@
 
 use super::Pipeline;
 
-/// The tolerance of the comparison: how much worse than the stored value a value of a pipeline may be, because so small a
-/// change hardly costs time. There is a field for each kind of value that has a tolerance.
+/// The tolerance of the comparison: by how much a value of a pipeline may exceed the stored value without counting as worse.
+/// So small an increase hardly costs time. There is a field for each kind of value that has a tolerance.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
     /// Allowed increase of the number of vector registers per invocation. [`SLACK`] allows 8, because RDNA2 assigns
@@ -28,8 +28,8 @@ pub const SLACK: Slack = Slack {
 struct Value {
     name: &'static str,
     of: fn(&Pipeline) -> Option<f64>,
-    /// Returns the largest value of a new pipeline that does not count as worse. The argument is the value of the stored
-    /// pipeline, in the same unit as the result.
+    /// Returns the largest value that a new pipeline may have without counting as worse, including the tolerance. The
+    /// argument is the value of the stored pipeline. Both have the unit of this kind of value.
     limit: fn(f64) -> f64,
 }
 
@@ -87,8 +87,8 @@ pub struct Compared {
 
 /// Compares each pipeline in `now` with its counterpart in `stored`: the stored pipeline of the same pass and tracer that
 /// has the most uses in common with it. A use is a scene with a configuration (named settings) for which a pipeline was
-/// made. If several stored pipelines have equally many uses in common with the new one, each of its values is compared with
-/// the worst of their values. The caller ensures that all pipelines, in `now` and in `stored`, are of one device and driver.
+/// made. If there are several such stored pipelines, each value of the new pipeline is compared with the worst stored one.
+/// The caller ensures that all pipelines, in `now` and in `stored`, are of one device and driver.
 ///
 /// Several stored pipelines can have uses in common with a new one, because a change of a shader can split a pipeline that
 /// several scenes share, or join the pipelines of several scenes.
@@ -131,10 +131,10 @@ pub fn compare(now: &[Pipeline], stored: &[&Pipeline]) -> Compared {
     compared
 }
 
-/// The largest possible number of uses that two pipelines have in common: the number of their common scenes times the number
-/// of their common configurations. A use is a scene with a configuration (named settings). [`compare`] takes the stored
-/// pipeline with the largest value as the counterpart of a pipeline. The exact number is not known, because a pipeline lists
-/// scenes and configurations separately.
+/// The number of the common scenes of two pipelines, times the number of their common configurations (named settings). It is
+/// the largest number of uses (a scene with a configuration) that the pipelines can have in common. The exact number of
+/// common uses is not known, because a pipeline lists scenes and configurations separately. [`compare`] takes the stored
+/// pipeline with the largest result as the counterpart of a pipeline.
 fn common_uses(a: &Pipeline, b: &Pipeline) -> usize {
     let common = |a: &[String], b: &[String]| a.iter().filter(|name| b.contains(name)).count();
     common(&a.scenes, &b.scenes) * common(&a.settings, &b.settings)

@@ -19,8 +19,8 @@ use std::sync::Arc;
 /// of other shaders is computed relative to this number of subgroups.
 const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}\n";
 
-/// A size in bytes that no scene exceeds. It replaces the size of the device's memory, because a driver that works without
-/// its GPU reports no memory, and every scene would be refused.
+/// The size of the device's memory, in bytes, that is assumed for every device; no scene exceeds it. A driver that works
+/// without its GPU reports no memory, so every scene would be refused as too large.
 const NO_LIMIT: u64 = 1 << 50;
 
 /// Width and height of the picture for which pipelines are made, in pixels. Any size does, because the shaders do not depend
@@ -35,9 +35,9 @@ const BOUNCES: u32 = 5;
 /// scene after the other, and then prints, stores or compares the pipelines.
 pub struct Compiler {
     device: Arc<Device>,
-    /// The number of subgroups of the shader [`EMPTY`] that a SIMD unit holds (`waves`), divided by the number of
-    /// invocations in such a subgroup. If it is multiplied by the subgroup size of another pass, the product is the largest
-    /// possible `waves` of that pass. `None` if the driver does not report `waves`.
+    /// The number of subgroups of the shader [`EMPTY`] that a SIMD unit holds at once (`waves`), divided by the number of
+    /// invocations in such a subgroup. This value times the subgroup size of another pass is the largest possible `waves` of
+    /// that pass, from which its occupancy is computed. `None` if the driver does not report `waves`.
     waves_per_invocation: Option<f64>,
     /// The pipelines made so far, each with the hash of its SPIR-V. If another scene or configuration (named settings) uses
     /// the same pipeline, it is recognised by this hash, its pass and its tracer, and is not listed a second time.
@@ -101,7 +101,7 @@ impl Compiler {
     /// name of the scene in the result. `watch` is called before each configuration; if it returns an error, the work ends.
     ///
     /// # Errors
-    /// The tracer or the device does not fit the scene, the driver rejects a shader, or the errors of `watch`.
+    /// The tracer or the device does not fit the scene, the driver rejects a shader, or `watch` returns an error.
     pub fn add(
         &mut self,
         name: &str,
@@ -137,9 +137,9 @@ impl Compiler {
     }
 
     /// Makes all pipelines with which `scene` is rendered, for one camera and picture size (`view`) and one set of settings.
-    /// For this purpose, it records two frames (the first has no previous frame that it could reuse, the second has one),
-    /// and the passes that read results, such as AOVs. When a pass is recorded, the caller waits until its pipeline is
-    /// compiled.
+    /// For this purpose, it records two frames: the first has no previous frame to reuse, the second has one. It also
+    /// records the passes that read results, such as AOVs. When a pass is recorded, the recording waits until its pipeline
+    /// is compiled, so all pipelines exist when this method returns.
     fn compile(&self, scene: &Arc<GpuScene>, view: &View, settings: &Settings) -> Result<()> {
         let device = &self.device;
         let mut renderer = Renderer::new(device, scene.clone(), view, settings)?;

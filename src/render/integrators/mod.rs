@@ -14,9 +14,9 @@ use crate::base::progress::Watch;
 use crate::gpu::{Buffer, PassTime};
 use crate::shader_interface::{GpuCamera, ReservoirAov};
 
-/// An integrator renders the frames of one view of a scene, by path tracing or by reservoir resampling. Before each call,
-/// [`Renderer`](super::Renderer) moves the scene to its pose (the positions of all objects) in the frame. A frame has one
-/// sample per pixel.
+/// An integrator renders the frames of one view of a scene, by path tracing or by reservoir resampling. A frame has one
+/// sample per pixel. [`Renderer`](super::Renderer) moves all objects of the scene to their positions in the frame before it
+/// calls a method that renders.
 ///
 /// Methods that return a [`Result`] fail if the device fails or its driver rejects a shader; `# Errors` sections name other
 /// errors.
@@ -35,7 +35,7 @@ pub trait Integrator {
     /// work ends, and the sums of different pixels then have different numbers of samples.
     ///
     /// # Errors
-    /// The errors of `watch`.
+    /// `watch` returns an error.
     fn add(
         &mut self,
         first: u32,
@@ -55,10 +55,10 @@ pub trait Integrator {
         sums: &mut Accumulator,
     ) -> Result<Vec<PassTime>>;
 
-    /// Renders the frame with the index `index` to the same buffer as [`Self::render`]. If the integrator can avoid it, this
-    /// method does not wait for the device, so that the device has no gaps between frames. In this case, it returns `None`,
-    /// and [`Device::wait_for_running`](crate::gpu::Device::wait_for_running) returns the times of the passes. If the
-    /// integrator waits, this method returns the times.
+    /// Renders the frame with the index `index` to the same buffer as [`Self::render`]. If possible, this method does not
+    /// wait for the device, so that the device has no gaps between frames. It then returns `None`, and the caller gets the
+    /// times of the passes from [`Device::wait_for_running`](crate::gpu::Device::wait_for_running). A method that waits
+    /// returns the times itself, as with path tracing.
     fn submit(
         &mut self,
         index: u32,

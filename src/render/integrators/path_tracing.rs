@@ -1,5 +1,6 @@
-//! Path tracing with multiple importance sampling (MIS). Each call adds samples to the sums of radiance, so a picture can
-//! consist of the samples of many calls. It is the unbiased reference with which all other estimators are compared.
+//! The integrator of path tracing with multiple importance sampling (MIS). Each call of [`Integrator::add`] adds samples to
+//! the sums of radiance of the pixels, so a picture can consist of the samples of many calls. It is the unbiased reference
+//! with which all other estimators are compared.
 
 use super::Integrator;
 use crate::base::progress::Watch;

@@ -10,8 +10,8 @@ pub struct Sums {
     /// The sums of each pixel, row by row from the top. They are in the device's unit of radiance, in which squares neither
     /// overflow nor vanish in f32.
     pub pixels: Vec<PixelSums>,
-    /// The radiance, in the scene's unit, that is 1 on the device. Means and standard errors are multiplied by it, so that
-    /// they are in the scene's unit.
+    /// The device's unit of radiance: a radiance of 1 on the device is this radiance in the scene's unit. Means and standard
+    /// errors are multiplied by it, so that they are in the scene's unit.
     pub unit: f64,
 }
 

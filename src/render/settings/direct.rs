@@ -27,8 +27,9 @@ pub struct Direct {
     /// The settings of resampling that direct and indirect light both have, here with the values for direct light.
     #[serde(flatten)]
     pub resampling: Resampling,
-    /// Number of BSDF candidates per pixel and frame. Such a candidate is the point of a light that a ray hits in a
-    /// direction drawn from the BSDF. Cost: one ray each. No effect with `visibility=final`. Unbiased at any value.
+    /// Number of BSDF candidates per pixel and frame. For such a candidate, a ray is traced in a direction drawn from the
+    /// BSDF; if it hits a light, the point that it hits is the candidate. Cost: one ray each. No effect with
+    /// `visibility=final`. Unbiased at any value.
     #[schemars(range(min = 0, max = 64))]
     pub bsdf_samples: u32,
     /// Maximum number of BSDF candidates that a pixel draws in addition to `bsdf_samples`. Pixels whose surfaces have a
@@ -69,15 +70,16 @@ impl Direct {
         }
     }
 
-    /// True if hits of BSDF rays are candidates of direct light. With `visibility=final` they are not, because they would
-    /// cause bias: target functions then ignore visibility, but BSDF rays only hit lights that are visible.
+    /// True if hits of BSDF rays are candidates of direct light: `bsdf_samples` is above 0, and `visibility` is not `final`.
+    /// With `final`, such candidates would cause bias: target functions then ignore visibility, but BSDF rays only hit
+    /// lights that are visible.
     pub fn draws_bsdf(&self) -> bool {
         self.bsdf_samples > 0 && self.resampling.visibility != Visibility::Final
     }
 
     /// True if a separate pass traces the pilot of each pixel: its first BSDF ray, whose hit is a candidate of direct light.
-    /// The pass is needed if the paths of indirect light also begin with pilots (`paths`), or if pilots decide which pixels
-    /// draw more BSDF candidates. Always false if direct light has no BSDF candidates.
+    /// The pass is needed if `paths` is true (the paths of indirect light also begin with pilots), or if pilots decide which
+    /// pixels draw more BSDF candidates. Always false if direct light has no BSDF candidates.
     pub fn draws_pilots(&self, paths: bool) -> bool {
         self.draws_bsdf() && (paths || self.more_bsdf_samples > 0)
     }

@@ -57,15 +57,16 @@ pub struct Indirect {
     /// The estimator of indirect light, which is light that is scattered at least twice: `restir`, `path` for paths without
     /// reuse, or `off`. With `--bounces 1` or less there is no indirect light.
     pub mode: IndirectMode,
-    /// The way in which each vertex of a path draws light samples (next-event estimation): one sample with `power`, one that
-    /// is selected from several with `ris`, and also samples of the previous frame with `world-reservoirs`. Unbiased, except
-    /// for `world-reservoirs` with `world_reservoirs.mode=published`.
+    /// The light samples that each vertex of an indirect path, after the first surface, draws (next-event estimation).
+    /// `power`: the vertex draws one sample. `ris`: it draws several and selects one of them. `world-reservoirs`: it also
+    /// merges samples of the previous frame. Unbiased, except for `world-reservoirs` with `world_reservoirs.mode=published`.
     pub secondary: Secondary,
     /// The settings of resampling that direct and indirect light both have, here with the values for indirect light.
     #[serde(flatten)]
     pub resampling: Resampling,
-    /// The reconnection shift, by which a pixel reuses the path of another pixel from its second vertex on. `biased` costs
-    /// less time, but is biased.
+    /// The reconnection shift, by which a pixel reuses the path of another pixel from that path's second vertex on.
+    /// `unbiased` evaluates the BSDF at this vertex again, for the direction towards the reusing pixel. `biased` does not:
+    /// it costs less time, but is biased.
     pub shift: Shift,
     /// Limit of reuse of a path between two pixels or frames. Seen from the surface of each of the two, a small area around
     /// the path's second vertex covers a solid angle. The path is not reused if one of these solid angles is more than this

@@ -59,9 +59,9 @@ pub enum Energy {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Roulette {
-    /// Number of the first scattering event of a path after which roulette can end the path. With `integrator=restir`, no
-    /// path ends after the first event, because the ray that follows it also serves direct light. Higher: longer paths,
-    /// which cost time; lower: more noise. Unbiased at any value.
+    /// Roulette may end a path after its scattering event with this number, and after each later one; events count from 1.
+    /// With `integrator=restir`, no path ends after the first event, because the ray that follows it also serves direct
+    /// light. Higher: longer paths, which cost time; lower: more noise. Unbiased at any value.
     #[schemars(range(min = 0, max = 1000))]
     pub start: u32,
     /// Minimum probability with which roulette lets a path continue. Higher: more rays for dark paths; lower: the few dark
@@ -87,9 +87,9 @@ pub enum Variant {
     /// these features.
     #[default]
     Auto,
-    /// The shaders contain the code for features that the scene lacks too, so that its cost can be measured against `auto`.
-    /// Three parts are still compiled only if the scene requires them, because they would change the rays or the picture:
-    /// code for motion, for large triangles, and for blended surfaces.
+    /// The shaders also contain the code for features that the scene lacks, so that the cost of this code can be measured
+    /// against `auto`. Three parts are still compiled only if the scene requires them, because they would change the rays or
+    /// the picture: code for motion, for large triangles, and for blended surfaces.
     Full,
 }
 
@@ -97,8 +97,8 @@ pub enum Variant {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// The algorithm that computes the light of a picture: `path-tracing` is the unbiased reference, `restir` reuses samples
-    /// of neighbours and of earlier frames.
+    /// The algorithm that computes the light of a picture: `path-tracing` traces independent paths and is the unbiased
+    /// reference, `restir` reuses samples of neighbours and of earlier frames.
     pub integrator: Integrator,
     /// The MIS heuristic that weights light samples against hits of BSDF rays in path tracing. Candidates of resampling
     /// always have weights by the balance heuristic. No effect on bias.

@@ -17,13 +17,13 @@ pub enum Candidates {
     Auto,
     /// All lights of the scene have the same probability.
     Uniform,
-    /// Nine of ten draws select a light in proportion to its power (area × luminance for a triangle). One of ten draws
-    /// selects each light with the same probability.
+    /// With probability 0.9, a light is drawn in proportion to its power (area × luminance for a triangle). Otherwise, all
+    /// lights have the same probability.
     Power,
-    /// Most candidates are drawn from the light BVH, a tree of lights, with probabilities that depend on the shading point
-    /// (`light_bvh.choice` and `light_bvh.far`). The others are drawn among all lights, with the probabilities of
-    /// `light_bvh.rest`. For indirect light, the second vertices of paths draw from the tree in this way, and later vertices
-    /// draw all candidates among all lights.
+    /// Candidates are drawn from the light BVH, a tree of lights, with probabilities that depend on the shading point
+    /// (`light_bvh.choice` and `light_bvh.far`). A fraction of them, `light_bvh.uniform_share`, is drawn among all lights
+    /// instead, with the probabilities of `light_bvh.rest`. For indirect light, the second vertices of paths draw from the
+    /// tree in this way, and later vertices draw all candidates among all lights.
     LightBvh,
     /// Lights are drawn by power, and the pixel selects one sample. It then merges this sample with reservoirs of a hash
     /// grid, which stores reservoirs in cells of space. For indirect light, `hash-grid` means `power`.
@@ -147,8 +147,8 @@ impl Default for Spatial {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Similar {
-    /// Largest angle between the normals of similar surfaces. Unit: degrees. The shading normals are compared, or on
-    /// materials with a normal map the geometric normals. Lower: less noise at edges, fewer neighbours.
+    /// Largest angle between the normals of two similar surfaces. Unit: degrees. On materials with a normal map the
+    /// geometric normals are compared, on others the shading normals. Lower: less noise at edges, fewer neighbours.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub normal: f32,
     /// Largest difference between the distances of two similar surfaces from the camera, as a fraction of the distance of
@@ -192,13 +192,13 @@ pub struct Resampling {
     /// or none. Unbiased at any value. If anything besides the camera moves, paths of indirect light are reused from the
     /// previous frame only if they reach a light directly from their second vertex.
     pub reuse: ReuseMode,
-    /// The MIS weights of samples in a merge of reservoirs. `constant` is cheapest, but biased; the others are unbiased.
-    /// `pairwise` and `defensive` cost time in proportion to the number of neighbours. `balance` has the least noise, but
-    /// its cost grows with the square of this number.
+    /// The MIS weights of samples in a merge of reservoirs. `constant` is cheapest, but biased; the others are unbiased. The
+    /// cost of `pairwise` and `defensive` is proportional to the number of neighbours. `balance` has the least noise, but
+    /// its cost grows with the square of the number of neighbours.
     pub mis: Mis,
     /// The step of resampling at which shadow rays test whether samples are visible. For direct light, `weights` and `final`
-    /// are unbiased; `initial` and `none` are biased. For indirect light, only `weights` is unbiased, and `final` means the
-    /// same as `initial`, because its candidates are traced paths, whose visibility is already tested.
+    /// are unbiased; `initial` and `none` are biased. For indirect light, only `weights` is unbiased. There, `final` means
+    /// the same as `initial`, because the candidates are traced paths, whose visibility is already tested.
     pub visibility: Visibility,
     /// Settings of temporal reuse: the merge with the reservoir of the previous frame.
     pub temporal: Temporal,

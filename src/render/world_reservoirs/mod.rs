@@ -84,8 +84,8 @@ impl WorldSize {
     }
 
     /// The names and the sizes in bytes of the two buffers of one copy of the reservoirs: the points of the vertices, then
-    /// their light samples. There are two copies, one per frame. If there are no world reservoirs, there is one copy, with
-    /// space for one vertex, because passes must have a buffer to bind.
+    /// their light samples. A renderer has two such copies, one for the current frame and one for the previous frame. If
+    /// there are no world reservoirs, it has one copy with space for one vertex, because passes must have a buffer to bind.
     pub fn vertex_bytes(&self) -> [(&'static str, u64); 2] {
         let vertices = self.table.vertices.max(1);
         [

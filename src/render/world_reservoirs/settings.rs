@@ -25,10 +25,10 @@ pub enum WorldStores {
     /// The sample that a matte white surface at the vertex would select from the vertex's own light candidates, as published
     /// (Boissé 2021). So no sample is passed on over several frames.
     Initial,
-    /// The vertex stores the sample that it selected in its merge, so samples are passed on from frame to frame. Later
-    /// merges compute MIS weights as if a matte white surface at the vertex had selected the sample. This would cause bias
-    /// at metal and at surfaces with interpolated normals, because they cannot select every sample that a matte white
-    /// surface can. Vertices on these surfaces therefore store the sample of `initial`.
+    /// The sample that the vertex selected in its merge, so samples are passed on from frame to frame. Later merges compute
+    /// MIS weights as if a matte white surface at the vertex had selected it. Metal and surfaces with interpolated normals
+    /// cannot select every sample that a matte white surface can, so these weights would cause bias there. Vertices on such
+    /// surfaces therefore store the sample of `initial`.
     #[default]
     Merged,
 }
@@ -41,12 +41,14 @@ pub struct WorldReservoirsSettings {
     /// The MIS weights with which vertices merge world reservoirs, independent of `indirect.mis`. `unbiased` uses the
     /// weights of `mis=defensive`; `published` is biased.
     pub mode: WorldMode,
-    /// The light sample that a vertex stores for vertices of the next frame. No effect on bias.
+    /// The light sample that a vertex stores for vertices of the next frame: `initial` is selected from the vertex's own
+    /// light candidates alone, `merged` is the result of its merge. No effect on bias.
     pub stores: WorldStores,
     /// Side of a cell of space, as the number of pixels that it spans in the picture. The length of the side in the scene is
-    /// a power of two (in the device's unit of length), so that cells stay in place while the camera moves; the next lower
-    /// or the next higher power is chosen at random. Higher: a vertex can choose from more reservoirs, but their vertices
-    /// are farther away from it, so their samples fit it less well. Unbiased at any value.
+    /// a power of two (in the device's unit of length), so that cells stay in place while the camera moves. Of the two
+    /// powers nearest to the length of this many pixels, one below and one above, one is chosen at random. Higher: a vertex
+    /// can choose from more reservoirs, but their vertices are farther away from it, so their samples fit it less well.
+    /// Unbiased at any value.
     #[schemars(range(min = 1, max = 4096))]
     pub cell: u32,
     /// Number of bins along each side of the octahedral map of normals (the unit sphere, unfolded to a square): 8 means 64
@@ -76,7 +78,8 @@ pub struct WorldReservoirsSettings {
     /// Minimum number of lights for world reservoirs. In scenes with fewer lights they are switched off, because there the
     /// light candidates of a vertex already give little noise. They are also switched off if all lights are triangles of a
     /// single emitter group (triangles with common corners form one group). Infinitely distant lights do not count. Rare
-    /// lights (the dimmest ones) do not count either if they have separate candidates. 0: every scene has world reservoirs.
+    /// lights (the dimmest ones) do not count either if they have separate candidates. 0: every scene has world reservoirs,
+    /// even one with a single emitter group.
     #[schemars(range(min = 0, max = 1000000000))]
     pub min_lights: u32,
     /// Maximum number of vertices of each path that store and merge world reservoirs, counted from the second vertex on.

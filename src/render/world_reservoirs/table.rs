@@ -53,7 +53,7 @@ const BUCKET_SLOTS: u64 = 8;
 /// bucket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableSize {
-    /// The number of vertices of a frame that have reservoirs. If it is 0, there are no world reservoirs, and no pass uses
+    /// The number of path vertices per frame that have a world reservoir, summed over all pixels. If it is 0, no pass uses
     /// the table.
     pub vertices: u64,
     /// The number of buckets, a power of two. The key of a cell decides its bucket, so that a look-up of the cell reads only
@@ -120,8 +120,8 @@ pub struct WorldTable {
     pub keys: Buffer,
     /// The cells in the table, in 32-bit words. The first part has one word per slot: the key of its cell, or 0 if the slot
     /// is free. The second part has one word per slot: the index in `list` at which the list of the slot's cell begins. This
-    /// list ends where the list of the next slot begins, so one more word follows for the end of the last list. The prefix
-    /// sum uses the rest of the buffer.
+    /// list ends where the list of the next slot begins, so one more word follows for the end of the last list. The rest of
+    /// the buffer holds the sums of blocks of values, from which the prefix sum computes the second part.
     pub cells: Buffer,
     /// The lists of all cells, one after the other, from which vertices of the next frame pick. An entry is the index of a
     /// vertex plus 1 in the lower `WORLD_VERTEX_BITS` bits, with random bits above; 0 is an entry without a vertex. If two

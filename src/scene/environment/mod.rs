@@ -10,8 +10,8 @@ use glam::Vec3;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// The maximum number of texels (width × height) of an environment's image; a larger image is refused. This many take 1.5
-/// GiB on the device, and a light sample can store the index of a texel in the 29 bits that it has for it.
+/// The maximum number of texels (width × height) of an environment's image; a larger image is refused. An image of this size
+/// takes 1.5 GiB on the device: 24 bytes per texel, for its radiance and for its entry in the table that draws texels.
 pub(crate) const MAX_TEXELS: u64 = 1 << 26;
 
 /// Light from infinitely far away, which lights a scene from all sides and is its background: an image of radiance over the
@@ -72,9 +72,9 @@ impl Environment {
         TAU / f64::from(self.width) * 2.0 * middle.sin() * half.sin()
     }
 
-    /// For each texel, the mean over its area of the interpolated RGB radiance, row by row from the zenith, before
-    /// [`Self::intensity`]. Light samples draw texels in proportion to its luminance, so that they also draw black texels
-    /// into which the light of a bright neighbour is interpolated.
+    /// For each texel, the mean of the interpolated RGB radiance over its area, row by row from the zenith. The values are
+    /// not multiplied by [`Self::intensity`]. Light samples draw texels in proportion to the luminance of these means, so
+    /// they also draw black texels into which the light of a bright neighbour is interpolated.
     pub fn means(&self) -> Vec<Vec3> {
         let (width, height) = (self.width as usize, self.height as usize);
         let across = |row: usize| -> Vec<Vec3> {

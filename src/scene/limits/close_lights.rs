@@ -1,5 +1,5 @@
-//! Detection of lights so close to a surface that positions in f32 limit how exactly the surface is lit, so that the user
-//! can be told.
+//! Finds lights that are so close to a surface that the rounding of positions to f32 changes the light on the surface.
+//! Reports tell the user about them.
 
 use super::super::lights::{EmitterName, LightTriangle};
 use super::super::notices::label;
@@ -8,12 +8,12 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The ratio of a light's height above a surface to the light's distance from the camera, below which the light on that
-/// surface may be wrong by more than 0.5 %. The scene is then reported as near a limit.
+/// The distance from a light to a surface, divided by the distance from the light to the camera, below which the scene is
+/// reported as near a limit. The light on that surface may then be wrong by more than 0.5 %.
 const COARSE_LIGHT: f64 = 2.5e-5;
 
-/// The ratio of a light's height above a surface to the light's distance from the camera, below which the light on that
-/// surface may be wrong by more than 5 %. The scene is then reported as past a limit.
+/// The distance from a light to a surface, divided by the distance from the light to the camera, below which the scene is
+/// reported as past a limit. The light on that surface may then be wrong by more than 5 %.
 const SMALLEST_HEIGHT: f64 = 2e-6;
 
 /// The largest ratio of an emitter's size (the diagonal of its bounding box) to its distance from a surface at which the
@@ -65,9 +65,9 @@ struct Candidate {
     /// The diagonal of the emitter's bounding box in scene units; 0 for a punctual light. The light is reported as too close
     /// to a surface only if this size is at most [`SMALL`] times the distance from the light to the surface.
     size: f64,
-    /// The unit direction in world space of a spot, or the normal of a flat emitter with one emitting side. Surfaces behind
-    /// such a light are never reported as too close, since it does not light them. `None` if the light has no single
-    /// direction; it can then be too close to surfaces on all sides.
+    /// The unit direction, in world space, in which a spot shines, or the normal of a flat emitter with one emitting side.
+    /// Surfaces behind such a light are never reported as too close, since it does not light them. `None` if the light has
+    /// no single direction; it can then be too close to surfaces on all sides.
     front: Option<DVec3>,
     /// The instance and material of an emitter. Triangles with this instance and material are not counted as surfaces close
     /// to the emitter, since they are the emitter itself. `None` for a punctual light, which has no triangles.
@@ -127,10 +127,10 @@ pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Op
     closest
 }
 
-/// Lights that may be too close to a surface, and whose reaches (see [`Candidate::reach`]) differ by less than a factor of
-/// two. They are sorted by their position along `axis`, so that a binary search finds those near a triangle. The search uses
-/// the largest reach of the list. If all lights were in one list, a single long reach would make the search return nearly
-/// all of them for each triangle.
+/// Lights that may be too close to a surface, sorted by their position along `axis`, so that a binary search finds those
+/// near a triangle. The search uses `reach`, the largest reach of the list (see [`Candidate::reach`]). Within a list,
+/// reaches therefore differ by less than a factor of two: one long reach among many short ones would make the search return
+/// too many lights.
 struct List {
     axis: usize,
     reach: f64,

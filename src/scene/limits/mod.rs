@@ -13,8 +13,9 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// A scene's size, distance from the origin, radiance or contrast is near its limit if it is within the limit but differs
-/// from it by less than this factor. `headwater scene inspect` reports such a quantity.
+/// The factor that decides whether a quantity of a scene (size, distance from the origin, radiance or contrast) is near its
+/// limit: the quantity is within the limit, but differs from it by less than this factor. `headwater scene inspect` reports
+/// such a quantity.
 const NEAR: f64 = 1e3;
 
 /// The largest ratio of the power of one emitter to the power of another for which tests check pictures. Above it, the light
@@ -41,14 +42,14 @@ pub struct Limit {
     /// pictures.
     pub text: String,
     /// True if the scene exceeds the limit, so that pictures may be wrong. False if it is only near the limit: pictures are
-    /// then right, except that surfaces very close to a light may be wrong by a few percent.
+    /// then right, with one exception. The light on surfaces very close to a light may be wrong by a few percent.
     pub passed: bool,
 }
 
 impl Scene {
     /// The limits that this scene, which must be valid, approaches or exceeds; empty if there are none. `eyes` are the
-    /// positions of the cameras in world space. Animated emission counts with its largest value at any time. Instances and
-    /// lights count at the positions that the fields of the scene state, without their motion.
+    /// positions of the cameras in world space. An animated emission counts with an upper bound of its values at the
+    /// keyframes. Instances and lights count at the positions that the fields of the scene state, without their motion.
     pub fn limits(&self, eyes: &[DVec3]) -> Vec<Limit> {
         let (triangles, materials) = (light_triangles(self), self.brightest_materials());
         let mut found = self.size_and_distance();
@@ -196,7 +197,8 @@ mod tests {
     use super::*;
     use glam::{DAffine3, Vec3};
 
-    /// A scene with a square floor at y = 0, which reaches from −1 to 1 along x and z. The tests see it from a height of 4.
+    /// A scene with a square floor at y = 0, which reaches from −1 to 1 along x and z. The camera of the tests is 4 scene
+    /// units above it.
     fn floor() -> Scene {
         let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z);
         Scene {

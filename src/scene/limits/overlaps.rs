@@ -17,9 +17,10 @@ const PARALLEL: f64 = 1e-5;
 /// same plane. Rounding to f32 moves planes by about a tenth of a cell.
 const SAME_PLANE: f64 = 1e-6;
 
-/// The offsets of four grids, as fractions of a cell. The triangles of all planes in one cell, which have nearly the same
-/// normal and distance from the origin, are compared with each other. Rounding can put two equal planes into different cells
-/// of one grid, but they nearly always share a cell of another grid.
+/// The offsets of four grids, as fractions of a cell. Each grid sorts the planes of the emissive triangles into cells, by
+/// normal and by distance from the origin ([`PARALLEL`], [`SAME_PLANE`]), and triangles in the same cell are compared with
+/// each other. Rounding can put two equal planes into different cells of one grid, but they nearly always share a cell of
+/// another grid.
 const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 
 /// The number of overlapping pairs of triangles at which the search ends; the message then says that there may be more.
@@ -117,15 +118,16 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
 /// into several strips has one `Member` in each of them.
 struct Member {
     light: usize,
-    /// True if this strip is the first of the strips that contain the triangle. Two triangles can share several strips, but
-    /// are compared only in the first one that they share. There, `begins` is true for at least one of them.
+    /// True if this strip is the first of the strips that contain the triangle. Two triangles are compared only in a strip
+    /// in which `begins` is true for at least one of them. This is the first strip that they share, so no pair is compared
+    /// twice.
     begins: bool,
 }
 
 /// Divides the emissive triangles of one plane into parallel strips. Only triangles of one strip are compared with each
 /// other, which saves time for an emitter of many triangles. `members` are indices into `boxes`, the bounding boxes of all
-/// emissive triangles. Returns each strip with the axis (0 is x) that is parallel to the strip's length; it is the axis
-/// along which the triangles extend farthest.
+/// emissive triangles. Returns each strip with the axis (0 is x) along its length, which is the axis along which the
+/// triangles extend farthest.
 fn strips(members: Vec<usize>, boxes: &[Bounds]) -> impl Iterator<Item = (Vec<Member>, usize)> {
     let around = Bounds::around(members.iter().map(|light| boxes[*light]));
     let size = around.map_or(DVec3::ONE, |bounds| bounds.size());

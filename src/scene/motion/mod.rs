@@ -83,7 +83,7 @@ impl AnimatedTransform {
         }
     }
 
-    /// The transform from the node to its parent at `time`, in seconds.
+    /// The transform from the node to its parent at `time` (in seconds).
     pub fn at(&self, time: f64) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(
             self.scale.at(time),
@@ -100,16 +100,16 @@ impl AnimatedTransform {
 }
 
 impl Emission {
-    /// Emitted linear RGB radiance at `time`, in seconds, in W/(m²·sr). Each channel is clamped to the range from 0 to
-    /// [`BRIGHTEST`], since a spline can leave the range of its keys.
+    /// The linear RGB radiance, in W/(m²·sr), that the material emits at `time` (in seconds). Each channel is clamped to the
+    /// range from 0 to [`BRIGHTEST`], because a spline can leave the range of the values at its keys.
     pub fn at(&self, time: f64) -> Vec3 {
         let radiance = self.color.at(time) * self.strength.at(time);
         radiance.as_vec3().clamp(Vec3::ZERO, Vec3::splat(BRIGHTEST))
     }
 
-    /// The largest emission that keys can cause: for each channel, the largest colour of all keys × the largest strength of
-    /// all keys, at most [`BRIGHTEST`]. The emission at every key is at most this value; between keys, a spline can exceed
-    /// it. Lights are compared by it, because an emitter that is dark now may be bright at another time.
+    /// An upper bound of the emission at all keys: linear RGB in W/(m²·sr). Each channel is the largest colour of all keys ×
+    /// the largest strength of all keys, at most [`BRIGHTEST`]. Between keys, a spline can exceed it. Lights are compared by
+    /// this bound, because an emitter that is dark now may be bright at another time.
     pub fn brightest(&self) -> Vec3 {
         let color = self.color.keys().fold(DVec3::ZERO, DVec3::max);
         let strength = self.strength.keys().fold(0.0, f64::max);
@@ -122,8 +122,8 @@ impl Emission {
 }
 
 impl Motion {
-    /// The time of the last key of all tracks, in seconds, for reports. After it nothing changes. It is 0 if there are no
-    /// keys.
+    /// The time of the last key of all tracks, in seconds, for reports; 0 if there are no keys. After this time nothing
+    /// changes.
     pub fn seconds(&self) -> f64 {
         let nodes = self.nodes.iter().map(|node| match &node.transform {
             Transform::Fixed(_) => 0.0,
@@ -207,8 +207,9 @@ impl Motion {
         }
     }
 
-    /// The entries of `instances`, then those of `cameras`, then those of `lights`: the index of the element's node in
-    /// `nodes`, or `None` if the element does not move. With them, all uses of a node are found.
+    /// The node of each element, as an index into `nodes`; `None` if the element does not move. The instances come first,
+    /// then the cameras, then the lights. The indices are used to remove nodes that no element needs, and are checked for
+    /// their range.
     fn attached(&self) -> impl Iterator<Item = &Option<u32>> {
         (self.instances.iter())
             .chain(&self.cameras)

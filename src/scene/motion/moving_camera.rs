@@ -24,7 +24,7 @@ impl MovingCamera {
         Self { index, cameras }
     }
 
-    /// The camera in its state at `time`, in seconds.
+    /// The camera in its state at `time` (in seconds).
     ///
     /// # Errors
     /// The scene has no camera with this index, or the camera's transform at that time is not finite, has a scale of 0, or

@@ -27,7 +27,7 @@ pub struct Pose {
 }
 
 impl Motion {
-    /// Computes the state at `time`, in seconds, of everything that moves.
+    /// Computes the state, at `time` (in seconds), of everything that moves.
     pub fn pose(&self, time: f64) -> Pose {
         let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -60,7 +60,7 @@ impl Motion {
 }
 
 impl Scene {
-    /// A copy of the scene without motion, in its state at `time`, in seconds. It is rendered like a scene in which nothing
+    /// A copy of the scene without motion, in its state at `time` (in seconds). It is rendered like a scene in which nothing
     /// moves.
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl Scene {
         Ok(still)
     }
 
-    /// The camera with the index `index` in [`Scene::cameras`], in its state at `time`, in seconds.
+    /// The camera with the index `index` in [`Scene::cameras`], in its state at `time` (in seconds).
     ///
     /// # Errors
     /// The scene has no camera with this index, or the camera's transform at that time is not finite, has a scale of 0, or
@@ -95,9 +95,9 @@ impl Scene {
         Ok(camera)
     }
 
-    /// Sets the transforms of instances, cameras and lights and the emission of materials to their state at `time`, in
-    /// seconds. A scene without motion stays unchanged. Fails if a transform is not finite, if an instance or a light is too
-    /// far from the origin, or if a camera has no direction. After an error, some elements may already be changed.
+    /// Sets the scene to its state at `time` (in seconds): the transforms of instances, cameras and lights, and the emission
+    /// of materials. A scene without motion stays unchanged. Fails if a transform is not finite, if an instance or a light
+    /// is too far from the origin, or if a camera has no direction. After an error, some elements may already be changed.
     pub(crate) fn take_pose(&mut self, time: f64) -> Result<()> {
         let Some(motion) = &self.motion else {
             return Ok(());
@@ -143,9 +143,9 @@ pub fn is_flat(object_to_world: &DAffine3) -> bool {
     is_singular(object_to_world.matrix3)
 }
 
-/// Checks that the instance `index` can be rendered with `transform`, which it has at `time` in seconds. `bounds` is the box
-/// of its mesh before the transform, `None` for an empty mesh. `farthest` is the largest absolute coordinate that is allowed
-/// after the transform.
+/// Checks that the instance `index` can be rendered with `transform`. `bounds` is the bounding box of its mesh before the
+/// transform, or `None` for an empty mesh. `farthest` is the largest absolute coordinate that is allowed after the
+/// transform. `time`, in seconds, is the time of the transform, for messages.
 ///
 /// # Errors
 /// The transform is not finite, or a corner of the transformed box has a coordinate beyond `farthest`. The message names the
@@ -161,8 +161,8 @@ pub fn check_transform(
     check_reach(&what, transform, bounds, farthest)
 }
 
-/// Checks that the punctual light `index` can be rendered where `transform` moves it at `time` in seconds. `farthest` is the
-/// largest absolute coordinate that its position may have after the transform.
+/// Checks that the punctual light `index` can be rendered at the position to which `transform` moves it. `farthest` is the
+/// largest absolute coordinate that this position may have. `time`, in seconds, is the time of the transform, for messages.
 ///
 /// # Errors
 /// The transform is not finite, or a coordinate of the position exceeds `farthest`. The message names the light and the

@@ -94,9 +94,10 @@ pub struct Track<T> {
 /// so that the reader of a file can name that array in its message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackFault {
-    /// A description of the fault in [`Track::times`].
+    /// A fault in [`Track::times`], such as a negative time. The text describes it and becomes part of the error message.
     Times(String),
-    /// A description of the fault in [`Track::values`].
+    /// A fault in [`Track::values`], such as a number that is not finite. The text describes it and becomes part of the
+    /// error message.
     Values(String),
 }
 
@@ -109,8 +110,8 @@ impl<T: Keyed> Track<T> {
         }
     }
 
-    /// The values of the keys in the order of their times, without the tangents of a spline. The code that reads a glTF file
-    /// checks with them that an emission is within its range.
+    /// The values of the keys in the order of their times, without the tangents of a spline. The reader of glTF files uses
+    /// them to check that each emission is within its range.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let (first, stride) = (self.stride() / 2, self.stride());
         self.values.iter().skip(first).step_by(stride).copied()
@@ -160,7 +161,7 @@ impl<T: Keyed> Track<T> {
         Ok(())
     }
 
-    /// The value at `time`, in seconds. Before the first key it is the first key's value, and after the last key the last
+    /// The value at `time` (in seconds). Before the first key it is the first key's value, and after the last key the last
     /// key's value.
     pub fn at(&self, time: f64) -> T {
         let (stride, last) = (self.stride(), self.times.len() - 1);
@@ -217,14 +218,15 @@ impl<T: Keyed> Animated<T> {
         Self { rest, track: None }
     }
 
-    /// The value at `time`, in seconds.
+    /// The value at `time` (in seconds).
     pub fn at(&self, time: f64) -> T {
         self.track
             .as_ref()
             .map_or(self.rest, |track| track.at(time))
     }
 
-    /// The values at the keys in order, or the constant value if there is no track.
+    /// The values at the keys, in the order of their times; if there is no track, the constant value alone. An
+    /// upper bound of a material's emission is computed from them.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let rest = self.track.is_none().then_some(self.rest);
         rest.into_iter()

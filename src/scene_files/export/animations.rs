@@ -48,9 +48,9 @@ pub fn matrix(transform: &DAffine3) -> [f64; 16] {
     DMat4::from(*transform).to_cols_array()
 }
 
-/// Writes the constant emission of each material whose emission is animated into the JSON of that material, as a colour and
-/// a strength. Programs that ignore the animation show this emission. `materials` contains the JSON of all materials, in the
-/// order of the scene.
+/// Writes the emission that applies without the animation into the JSON of each material with an animated emission, as a
+/// colour and a strength. Programs that ignore the animation show this emission. `materials` contains the JSON of all
+/// materials, in the order of the scene.
 pub fn rest_emission(motion: &Motion, materials: &mut [Value]) {
     for Emission {
         material,

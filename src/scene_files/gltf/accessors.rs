@@ -189,7 +189,7 @@ impl<'a> Accessors<'a> {
     }
 
     /// All numbers of the accessor at `index` in the file, element by element, for animations. Its elements must have the
-    /// type `kind`, such as `VEC3` with 3 `components`, and be floats or, unless `floats_only` is true, normalized integers.
+    /// type `kind`, such as `VEC3` with 3 `components`, and be floats or, if `floats_only` is false, normalized integers.
     /// `used_as` says in messages what the accessor is used for. Fails if the type is wrong, if elements lie outside of
     /// their buffer, or if the file takes too much memory.
     pub fn numbers(
@@ -336,9 +336,9 @@ impl<'a> Accessors<'a> {
     }
 
     /// The bytes of `count` elements of `size` bytes each, which start at byte `offset` of the buffer view with the index
-    /// `view`. The elements are adjacent; but if `strided` is true and the view states a `byteStride`, this is the distance
-    /// in bytes between the starts of two elements. `what` names the elements in messages. Fails if the elements extend
-    /// beyond the view, or if the distance is less than `size` or above 252 bytes.
+    /// `view`. If `strided` is true and the view states a `byteStride`, the starts of two successive elements are this many
+    /// bytes apart; otherwise the elements are adjacent. `what` names the elements in messages. Fails if the elements extend
+    /// beyond the view, or if the `byteStride` is less than `size` or above 252 bytes.
     fn range(
         &self,
         what: &str,

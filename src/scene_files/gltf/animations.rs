@@ -196,9 +196,9 @@ impl Source<'_> {
         Ok(track)
     }
 
-    /// Fails unless the colour or the strength at every key of a track is from 0 to [`BRIGHTEST`], both included. Products
-    /// of larger values could overflow f32. `most` returns the smallest and the largest channel of a colour, or a strength
-    /// twice.
+    /// Fails if a value of the track, which is a colour or a strength, is below 0 or above [`BRIGHTEST`] at some key.
+    /// Products of larger values could overflow f32. `most` returns the smallest and the largest channel of a colour; for a
+    /// strength, it returns the strength twice.
     fn check_emission<T: Keyed>(
         &self,
         track: &Track<T>,

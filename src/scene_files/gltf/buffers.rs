@@ -63,8 +63,8 @@ pub fn split(bytes: &[u8]) -> Result<Chunks<'_>> {
     Err(damaged(format!("its GLB chunks cannot be read: {fault}")))
 }
 
-/// The content of the first chunk of a GLB file, for files whose other chunks the `gltf` crate refuses; `None` if the chunk
-/// is not JSON or is cut off, so that the file is refused.
+/// The content of the first chunk of a GLB file; `None` if the chunk is not JSON or is cut off, so that the file is refused.
+/// It is used if the `gltf` crate refuses one of the other chunks.
 fn json_chunk(bytes: &[u8]) -> Option<&[u8]> {
     let is_json = bytes.get(16..20)? == b"JSON";
     bytes[20..].get(..word(bytes, 12)?).filter(|_| is_json)

@@ -1,13 +1,14 @@
 //! Types for the part of a glTF file's JSON that Headwater reads; other members are ignored. Indices are stored as the file
 //! states them, in 64 bits, so the code that uses an index checks it first.
 //!
-//! The types of the `gltf` crate would lose data that matter here:
+//! The types of the `gltf` crate are not used, for these reasons:
 //!
-//! - transforms of nodes are in f32, whose steps are half a unit at 5·10⁶ units from the origin, and so are cameras;
-//! - indices and component types are cut to 32 bits without an error, so that a damaged one names another element;
+//! - transforms of nodes and the values of cameras are in f32, which has steps of half a unit at 5·10⁶ units from the
+//!   origin;
+//! - indices and component types are cut to 32 bits without an error, so that a damaged index can refer to another element;
 //! - normal textures have no transform;
-//! - values that the crate does not support are dropped, so that no message can quote them: the types of accessors and
-//!   cameras, interpolations, alpha modes, and the path `pointer` of an animation, which is followed here;
+//! - values that the crate does not support are dropped, so that no message can quote them: types of accessors and cameras,
+//!   interpolations, alpha modes, and the path `pointer` of an animation, which Headwater supports;
 //! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
 use serde::Deserialize;

@@ -16,8 +16,8 @@ pub struct Uses {
     /// One entry for each material of the file: true if a mesh of the scene has a primitive with the material. Textures of
     /// other materials are not read.
     pub has_faces: Vec<bool>,
-    /// One entry for each material of the file: true if it emits light at some time. Otherwise its emissive texture is not
-    /// read.
+    /// One entry for each material of the file: true if the material emits light at some time. Only then is its emissive
+    /// texture read.
     pub emits: Vec<bool>,
 }
 

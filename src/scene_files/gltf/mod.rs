@@ -43,19 +43,19 @@ const EXTENSIONS: [&str; 9] = [
     "KHR_texture_transform",
 ];
 
-/// The estimated memory of one object or list of the JSON, in bytes (1 KiB), including the parts of the scene that are made
-/// from it, such as those made from a node. [`memory_of`] adds up such estimates, and a file that needs too much memory is
-/// refused.
+/// The estimated memory of one object or list of the JSON, in bytes (1 KiB). It includes the parts of the scene that are
+/// made from the object, such as an instance that is made from a node. [`memory_of`] adds up such estimates, and a file that
+/// needs too much memory is refused.
 const OBJECT_BYTES: u64 = 1 << 10;
 
-/// The estimated memory of a string, in bytes, without its text. [`memory_of`] counts it for each comma before a string: a
-/// string of a list, or the name of a member of an object. The first element of each list or object follows no comma; it is
-/// part of [`OBJECT_BYTES`]. A list that begins with a number counts as `STRING_BYTES` instead of [`OBJECT_BYTES`].
+/// The estimated memory of a string, in bytes, without its text. [`memory_of`] adds it for each comma before a string, which
+/// is an element of a list or the name of a member. A string at the start of a list or an object follows no comma; its
+/// memory is part of [`OBJECT_BYTES`]. For a list that begins with a number, [`memory_of`] adds `STRING_BYTES` in place of
+/// [`OBJECT_BYTES`].
 const STRING_BYTES: u64 = 128;
 
-/// The estimated memory of a number in a list, in bytes. [`memory_of`] counts it for each comma before an element that is
-/// not a string. The first number of a list follows no comma; its memory is part of the [`STRING_BYTES`] that the list
-/// counts as.
+/// The estimated memory of a number in a list, in bytes. [`memory_of`] adds it for each comma that no string follows. The
+/// first number of a list follows no comma; its memory is part of the [`STRING_BYTES`] that are added for the list.
 const NUMBER_BYTES: u64 = 16;
 
 /// The maximum number of unsupported extensions that a notice names, so that the notice stays short. If there are more, the

@@ -47,8 +47,8 @@ enum Identity<'a> {
 }
 
 impl<'a> Textures<'a> {
-    /// Loads the images that materials need. `uses` states which materials the faces of the scene have, and which of these
-    /// emit light. Returns the textures, and the decoded images, which become the images of the scene.
+    /// Loads the images that the materials of the scene's faces need. `uses` states which materials these are, and which of
+    /// them emit light. Returns the textures, and the decoded images, which become the images of the scene.
     ///
     /// # Errors
     /// An index is out of range; an image cannot be read or decoded, or is missing although the user does not permit it; the

@@ -6,8 +6,9 @@ use crate::base::memory;
 use crate::{Error, Result};
 use std::cell::Cell;
 
-/// For each byte of a glTF file, the elements that are copied out of its buffers may take this number of bytes. The whole
-/// limit is this number times the size of the file, plus [`FREE_BYTES`]. A file whose elements would take more is an error.
+/// The number of bytes that the elements of a glTF file may take for each byte of its JSON and its buffers, when they are
+/// copied out of the buffers. The whole limit is this number times the size of JSON and buffers, plus [`FREE_BYTES`]. A file
+/// whose elements would take more is an error.
 const RATIO: u64 = 64;
 
 /// The constant part of the limit, in bytes (1 GiB). The elements of a glTF file may take this much memory in any case, so
@@ -20,7 +21,7 @@ const FREE_BYTES: u64 = 1 << 30;
 pub struct Unfolding(Cell<u64>);
 
 impl Unfolding {
-    /// The whole limit for a glTF file from which no elements were read yet. `file_bytes` is the size of its buffers and of
+    /// Makes the limit for a glTF file from which no elements were read yet. `file_bytes` is the size of its buffers and of
     /// its JSON together, in bytes.
     pub fn of(file_bytes: u64) -> Self {
         Self(Cell::new(

@@ -5,12 +5,13 @@ use crate::{Error, Result};
 use std::io::{BufRead, Read};
 
 /// The maximum length of a statement, in bytes (64 MiB). If backslashes join several lines to one statement, their lengths
-/// are added. A longer statement is an error, because it would fill the memory and no sensible OBJ or MTL file has it.
+/// are added. A longer statement is an error, because it could fill the memory; files for practical use have much shorter
+/// ones.
 const MAX_BYTES: usize = 64 << 20;
 
-/// A reader that returns the statements of an OBJ or MTL file one after another, and reuses its memory for each. A backslash
-/// at a line's end joins the line with the next one; `#` begins a comment. A statement whose bytes are not UTF-8 is read as
-/// Latin-1.
+/// A reader that returns the statements of an OBJ or MTL file one after another. All statements use the same memory in turn.
+/// A backslash at a line's end joins the line with the next one; `#` begins a comment. A statement whose bytes are not UTF-8
+/// is read as Latin-1.
 pub struct Lines<R> {
     source: R,
     bytes: Vec<u8>,

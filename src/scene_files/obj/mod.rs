@@ -44,9 +44,10 @@ const GREY: Vec3 = Vec3::splat(0.8);
 /// would take too much memory.
 const MAX_MTL_BYTES: u64 = 64 << 20;
 
-/// The most memory that the materials of an MTL file are assumed to take, in bytes per byte of the file. Before an MTL file
-/// is read, the reader checks that this much is free; if it is not, loading ends with an error. A material takes about 430
-/// bytes, and the shortest line that begins a material has 7 bytes.
+/// The memory that the materials of an MTL file are assumed to take, in bytes per byte of the file. Before the file is read,
+/// the reader checks that this much is free; if it is not, loading ends with an error. A material takes about 430 bytes of
+/// memory, and its first line at least 7 bytes of the file: about 61 bytes per byte. This number is about twice as large,
+/// because a growing list may reserve twice the memory of its elements.
 const MTL_RATIO: u64 = 128;
 
 /// The memory, in bytes, that a mesh without vertices and triangles takes together with its instance. Each `o` and `g`
@@ -129,9 +130,9 @@ struct Reader<'a> {
     /// The origin of the current mesh, in the coordinates of the file. The mesh stores its positions relative to this point,
     /// so that f32 is precise enough far from the file's origin.
     center: DVec3,
-    /// The number of positions that had been read when the origin of a mesh was last computed. The origin of the next mesh
-    /// is computed from the positions after these. If there are none, as in a file that lists all positions first, the next
-    /// mesh has the same origin.
+    /// The number of positions that were read before the origin of a mesh was last computed. The next mesh gets an origin
+    /// from the positions after these. If there are none, as in a file that lists all positions first, the next mesh keeps
+    /// the last origin.
     centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
@@ -410,8 +411,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The index, among the scene's materials, of the grey material for faces without a material. The first call adds this
-    /// material to the scene.
+    /// The index, among the scene's materials, of the grey material for faces without a material. This function adds the
+    /// material to the scene when it is needed for the first time.
     fn grey(&mut self) -> u32 {
         *self.grey.get_or_insert_with(|| {
             self.scene.materials.push(Material::lambert("", GREY));

@@ -104,10 +104,10 @@ pub fn reuse_constants(
 }
 
 /// How many of `count` light samples are drawn from the light BVH: their number, and this number as a fraction of `count`.
-/// The other samples are drawn among all lights, so that lights at infinite distance, which the light BVH does not contain,
-/// are drawn, too. The number of the other samples grows with `distant_fraction`, the probability that a draw among all
-/// lights selects such a light. If `count` is 1, the result is 1, and the probability with which this one sample is drawn
-/// from the light BVH.
+/// The other samples are drawn among all lights, because the light BVH does not contain lights at infinite distance.
+/// `distant_fraction` is the probability that a draw among all lights selects such a light; the higher it is, the more
+/// samples are drawn among all lights. If `count` is 1, the returned number is 1, and the returned fraction is the
+/// probability that this sample is drawn from the light BVH.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_fraction;
     match count {
@@ -141,9 +141,9 @@ pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     Vec2::from_array(scrambled.map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24)))
 }
 
-/// An Owen scramble of `x`, one coordinate of a point of the Sobol' sequence as a fraction of 2³², by a hash (Laine and
-/// Karras 2011). Whether a bit of `x` is flipped depends on the bits above it and on `seed`. So the scrambled points are as
-/// evenly distributed as those of the sequence.
+/// An Owen scramble of `x` by a hash (Laine and Karras 2011). `x` is one coordinate of a point of the Sobol' sequence,
+/// multiplied by 2³². Whether a bit of `x` is flipped depends on the bits above it and on `seed`. So the scrambled points
+/// are as evenly distributed as those of the sequence.
 fn owen_scramble(x: u32, seed: u32) -> u32 {
     let mut bits = x.reverse_bits().wrapping_add(seed);
     for factor in [0x6C50_B47C_u32, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6] {

@@ -53,8 +53,8 @@ pub struct Restir {
     pub device: Arc<Device>,
     bindings: Arc<SceneBindings>,
     /// The constants of the current frame for the passes `surfaces` and `pilots`, which serve both direct and indirect
-    /// light. The other passes read a copy of these constants. There is one copy for direct and one for indirect light, to
-    /// which the settings of resampling of that light are added.
+    /// light. The other passes read copies: one for direct and one for indirect light. Each copy also contains the settings
+    /// of resampling for its kind of light.
     constants: RestirConstants,
     specialisation: Specialisation,
     /// The pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there), at which
@@ -425,8 +425,9 @@ impl Integrator for Restir {
         self.buffers().chain(shared).map(Buffer::size).sum()
     }
 
-    /// Returns one entry per pixel, like the method of the trait. All entries describe empty reservoirs before the first
-    /// frame, and also if the light that `lighting` selects is not rendered or is not stored in reservoirs.
+    /// Returns the contents of the reservoirs, one entry per pixel, as [`Integrator::reservoir_aovs`] describes. All entries
+    /// describe empty reservoirs before the first frame, and also if the light that `lighting` selects is not rendered or is
+    /// not stored in reservoirs.
     fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let reuse = match lighting {
             Lighting::Direct => self.direct.as_ref().map(|light| &light.reuse),

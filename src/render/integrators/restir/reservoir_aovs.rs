@@ -17,7 +17,7 @@ pub struct FrameOutputs<'a> {
     /// them, and the pass `aovs_direct` or `aovs_indirect`, which reads the reservoirs, reads the same constants.
     pub restir: &'a Buffer,
     /// The sample data of the frame: the primary surface of each pixel, which is the surface that the camera sees there. The
-    /// samples in the reservoirs belong to these surfaces.
+    /// pass `aovs_direct` or `aovs_indirect` reads it, to compute the Jacobian of a sample that another pixel drew.
     pub sample_data: &'a Buffer,
     /// The reservoirs after the last pass of the frame, whose contents the debug AOVs show: those of direct or of indirect
     /// light.

@@ -32,8 +32,8 @@ pub struct Reuse {
     /// bind it.
     pub restir: Buffer,
     /// The reservoirs of this frame, and in a second copy those of the previous frame. A reservoir stores the selected
-    /// sample of one pixel. After temporal reuse, spatial passes write their results to the copy of the previous frame. If
-    /// the settings turn off temporal and spatial reuse, there is only one copy.
+    /// sample of one pixel. After temporal reuse, spatial passes write their results to the second copy, because its data is
+    /// no longer needed. If the settings turn off both temporal and spatial reuse, there is only one copy.
     pub reservoirs: History<Buffer>,
 }
 

@@ -1,6 +1,6 @@
-//! The hash grid: reservoirs of direct light that belong to cells of space. A hash of the cell finds them. Each reservoir is
-//! made from many candidates, and pixels merge it with their own candidates, so that already the first frame has little
-//! noise ("Normal-aware hash grid of precomputed reservoirs", 2025).
+//! The hash grid: reservoirs of direct light that belong to cells of space. A reservoir is found by a hash of its cell. Each
+//! reservoir is made from many candidates, and pixels merge it with their own candidates, so that already the first frame
+//! has little noise ("Normal-aware hash grid of precomputed reservoirs", 2025).
 //!
 //! `glsl/lights/samplers/hash_grid/hash_grid.glsl` describes the grid. By default, the surfaces that pixels show fill the
 //! grid in each frame, so that it fits the picture and follows all motion. With `hash_grid.mode=published`, random points on

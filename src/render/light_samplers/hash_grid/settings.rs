@@ -30,14 +30,15 @@ pub struct HashGridSettings {
     /// with which pixels merge the reservoirs. `published` is biased.
     pub mode: GridMode,
     /// Side of a cell of space, as the number of pixels that it spans in the picture. The length of the side in the scene is
-    /// a power of two (in the device's unit of length), so that cells stay in place while the camera moves; the next lower
-    /// or the next higher power is chosen at random. Higher: more pixels merge the same reservoirs, which were made for
-    /// surfaces farther away from these pixels. No effect with `published`.
+    /// a power of two (in the device's unit of length), so that cells stay in place while the camera moves. Of the two
+    /// powers nearest to the length of this many pixels, one below and one above, one is chosen at random. Higher: more
+    /// pixels merge the same reservoirs, which were made for surfaces farther away from these pixels. No effect with
+    /// `published`.
     #[schemars(range(min = 1, max = 1024))]
     pub cell: u32,
     /// Number of cells along the longest side of the box around all surfaces of the scene. Higher: smaller cells, so
-    /// reservoirs fit the pixels better, but each cell has fewer reservoirs, because the number of points for which they are
-    /// made is fixed. No effect with `unbiased`.
+    /// reservoirs fit the pixels better. But each cell then has fewer reservoirs, because the number of points on surfaces
+    /// for which reservoirs are made is fixed. No effect with `unbiased`.
     #[schemars(range(min = 1, max = 1024))]
     pub cells: u32,
     /// Number of bins along each side of the octahedral map of normals (the unit sphere, unfolded to a square): 8 means 64
@@ -66,7 +67,7 @@ pub struct HashGridSettings {
     #[schemars(range(min = 1, max = 500))]
     pub confidence: u32,
     /// Index of the first frame in which pixels no longer merge reservoirs of the grid, or 0 if they merge them in every
-    /// frame. From this frame on, the reservoirs of the previous frame are better than those of the grid.
+    /// frame. After some frames, the reservoirs of the previous frame are better than those of the grid.
     #[schemars(range(min = 0, max = 1000000))]
     pub until_frame: u32,
 }

@@ -24,15 +24,15 @@ use std::time::Instant;
 /// average. Higher: a more exact scale, but a longer start.
 const SURFACE_POINTS: usize = 1024;
 
-/// The buffer of the light BVH (a tree of lights) on the device, from which shaders draw light candidates. It also has the
-/// tree on the CPU, from which the buffer is written again when lights move or change. The buffer is empty if no candidates
-/// are drawn from the tree.
+/// The light BVH (a tree of lights): a buffer on the device, from which shaders draw light candidates, and the tree on the
+/// CPU, from which the buffer is written again when lights move or change. The buffer is empty if no candidates are drawn
+/// from the tree.
 pub struct LightBvhBuffer {
     /// The number of nodes of the tree, inner nodes and leaves, for the constants of shaders; 0 if there is no tree.
     pub node_count: u32,
     buffer: Buffer,
-    /// The tree on the CPU, and the time in seconds for which the buffer was written: it has the lights of the scene at this
-    /// time. When the scene is posed at another time, the buffer is written again from the tree. `None` if there is no tree.
+    /// The tree on the CPU, and a time in seconds: the buffer was last written with the lights as they are at this time.
+    /// When the scene is posed at another time, the buffer is written again from the tree. `None` if there is no tree.
     source: Option<(LightBvh, Mutex<f64>)>,
 }
 

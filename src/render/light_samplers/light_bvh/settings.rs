@@ -95,8 +95,8 @@ pub enum LightChoice {
 #[serde(rename_all = "kebab-case")]
 pub enum Far {
     /// Lights that are far from the shading point are drawn in groups: first a group is drawn from the tree, then a light of
-    /// the group. A group consists of the lights of a tree node whose box does not contain the shading point. The farther
-    /// away lights are, the larger are the groups.
+    /// the group. A group consists of the lights of a tree node whose box, enlarged by `light_bvh.scale`, does not contain
+    /// the shading point. The farther away lights are, the larger are the groups.
     #[default]
     Joined,
     /// Lights that are far from the shading point cannot be drawn from the tree, as published (Gardishyan 2025). Each
@@ -112,7 +112,8 @@ pub enum Far {
 #[serde(rename_all = "kebab-case")]
 pub enum Boxes {
     /// The box extends beyond the lights of its cluster by the distance scale × √power, in all directions. The scale is
-    /// `light_bvh.scale`, and the power is the sum of luminance × area over the lights.
+    /// `light_bvh.scale`, and the power is the sum of luminance × area over the lights. Distance and power are in the
+    /// device's units.
     #[default]
     Simple,
     /// The box is as with `simple`, but it ends at the surfaces that rays from the lights of its cluster hit at time 0. So
@@ -125,8 +126,8 @@ pub enum Boxes {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rest {
-    /// Nine of ten draws select a light in proportion to its power (area × luminance for a triangle). One of ten draws
-    /// selects each light with the same probability.
+    /// With probability 0.9, a light is drawn in proportion to its power (area × luminance for a triangle). Otherwise, all
+    /// lights have the same probability.
     #[default]
     Power,
     /// All lights have the same probability, as published (Gardishyan 2025).
@@ -142,11 +143,11 @@ pub struct LightBvhSettings {
     /// then a light of the group. `skipped`: they are not drawn from the tree, but only among all lights (`uniform_share`).
     /// Unbiased either way.
     pub far: Far,
-    /// Factor by which the boxes around lights are enlarged. With `far=joined`, a group of lights is treated as one light at
-    /// points that are farther from the group's box than scale × half the diagonal of the box. With `far=skipped`, the box
-    /// of influence extends scale × √power beyond its lights, with power in luminance × area. `auto`: 1 with `far=joined`;
-    /// with `far=skipped`, a scale at which a point on a surface is within about 8 boxes on average. Higher: longer walks
-    /// through the tree, and candidates that fit the point better. Unbiased at any value.
+    /// Factor by which the boxes around lights are enlarged. With `far=joined`, a group of lights is drawn as one light at
+    /// points outside its box after the box is enlarged on each side by scale × half its diagonal. With `far=skipped`, the
+    /// box of influence extends by scale × √power beyond its lights, with power as luminance × area, all in the device's
+    /// units. `auto`: 1 with `far=joined`; with `far=skipped`, a scale at which a point on a surface is within about 8 boxes
+    /// on average. Higher: longer walks through the tree, and candidates that fit the point better. Unbiased at any value.
     pub scale: Scale,
     /// Fraction of the candidates that are drawn among all lights instead of from the tree. If there are several candidates,
     /// at least one of them is drawn among all lights. A single candidate is drawn among all lights with this probability.
@@ -170,7 +171,8 @@ pub struct LightBvhSettings {
     pub rest: Rest,
     /// Side of the square tiles of pixels for direct light. Unit: pixels. One pixel of each tile draws a list of lights from
     /// the tree, from which the pixels around it take their candidates. 1: there are no lists, and each pixel walks through
-    /// the tree itself. Higher: less time, and candidates that fit fewer of the pixels. Unbiased at any value.
+    /// the tree itself. Higher: less time, but more noise, because a list fits pixels less well the farther they are from
+    /// the pixel that drew it. Unbiased at any value.
     #[schemars(range(min = 1, max = 64))]
     pub tile: u32,
     /// Number of lights in the list of a tile; each pixel uses at most `direct.light_samples` of them. Higher: neighbouring
