@@ -18,7 +18,8 @@ use obvhs::triangle::Triangle;
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 use std::time::Duration;
 
-/// A tree of compressed nodes with up to eight children, over triangles or boxes. Node 0 is the root.
+/// A bounding volume hierarchy that compute shaders traverse to trace rays: compressed nodes with up to eight children. Its
+/// leaves are triangles of meshes, or bounding boxes of instances. Node 0 is the root.
 #[derive(Clone)]
 pub struct Tree {
     /// The nodes of the tree, which are uploaded for shaders that traverse it. In a node, indices of children count from the

@@ -103,7 +103,7 @@ impl Part {
 /// A copy of a mesh in the world, placed there by a transform. Several instances can share one mesh.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// Name of the file's node, for messages; possibly empty.
+    /// Name of the node of the scene file from which the instance was read, for messages; empty if the node has none.
     pub name: String,
     /// Index into [`Scene::meshes`]: the mesh that the instance places.
     pub mesh: u32,

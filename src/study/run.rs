@@ -82,8 +82,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// True if the lists of the run have the lengths for `frames` frames and for `blocks` blocks of pixels. If not, the
-    /// run's line in the file was edited or damaged, and the run is rendered again.
+    /// True if each list of the run with one entry per frame has `frames` entries, and the list with one entry per block of
+    /// pixels has `blocks`. If false, the run's line in the file was edited or damaged, and the caller renders the run again.
     pub fn has_lengths(&self, frames: usize, blocks: usize) -> bool {
         let of_frames = [
             &self.rmse,

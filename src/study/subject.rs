@@ -21,8 +21,9 @@ use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A scene on the device, with the references and the renderers that were made for it. A configuration has one renderer for
-/// its runs and, if rays are counted, a second one. A study makes all runs and references on this scene with this value.
+/// A scene on the device, with the references and the renderers that were made for it. A study has one `Subject` per scene,
+/// with which it makes all runs and references of the scene. Each configuration has one renderer for its runs and, if rays are
+/// counted, a second one.
 pub struct Subject {
     /// The name of the scene in the plan. Runs, results and messages state it, so that users know to which scene they
     /// belong.

@@ -147,8 +147,9 @@ impl Default for Spatial {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Similar {
-    /// Largest angle between the normals of two similar surfaces. Unit: degrees. On materials with a normal map the
-    /// geometric normals are compared, on others the shading normals. Lower: less noise at edges, fewer neighbours.
+    /// Two surfaces are similar, so that one may reuse the samples of the other, only if the angle between their normals is
+    /// at most this. Unit: degrees. On materials with a normal map the geometric normals are compared, on others the shading
+    /// normals. Lower: less noise at edges, but fewer neighbours.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub normal: f32,
     /// Largest difference between the distances of two similar surfaces from the camera, as a fraction of the distance of
