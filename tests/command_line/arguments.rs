@@ -352,12 +352,12 @@ mod thorough {
             (
                 "render",
                 vec!["--aov", "albedo", "-o", &png],
-                "--aov adds channels to .exr files",
+                "no --output is an .exr file",
             ),
             (
                 "render",
                 vec!["--exposure", "1", "-o", &exr],
-                "--exposure is for .png files",
+                "no --output is a .png file",
             ),
             (
                 "render",
