@@ -77,8 +77,8 @@ pub enum Search {
 #[serde(deny_unknown_fields, default)]
 pub struct Temporal {
     /// Maximum confidence of the history in a merge. The history is the reservoir that the pixel's surface had in the
-    /// previous frame. Unit: the confidence of one initial reservoir. Higher: less noise, but errors stay longer and frames
-    /// are more correlated. 0: no history. Unbiased at any value.
+    /// previous frame. Unit: the confidence of one initial reservoir. Higher: less noise of direct light, but errors stay
+    /// longer and frames are more correlated. 0: no history. Unbiased at any value.
     #[schemars(range(min = 0, max = 500))]
     pub confidence_cap: u32,
 }
