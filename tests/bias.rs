@@ -510,8 +510,8 @@ set = {{ {settings} }}
                 "1.0",
             ),
         );
-        let fraction = "if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;";
-        assert_biased(&indirect, (file, fraction, ""));
+        let division = "if (RARE_LIGHTS && in_world) light /= 1.0 - restir.at.reuse.rare_lights;";
+        assert_biased(&indirect, (file, division, ""));
     }
 
     /// The light sample that a vertex stores stands for a matte white point, which reflects every colour. A surface that

@@ -72,6 +72,8 @@ pub struct Session {
     gpu_scene: Arc<GpuScene>,
     selection: Selection,
     scene_hash: String,
+    /// The hash of the shaders in the folder of `HEADWATER_GLSL` when the session was opened; `None` if the variable is not set.
+    edited_shaders: Option<String>,
     /// The clock, which gives for the index of a frame the time in the scene that the frame shows. The scene is moved to
     /// this time before the frame is rendered, and pictures store the clock in their metadata. `None` if nothing in the
     /// scene moves.
@@ -172,6 +174,7 @@ impl Session {
             ..selection.features()
         };
         shaders::check_folder(variant)?;
+        let edited_shaders = shaders::edited_fingerprint()?;
         let device = Device::open(&instance, info, features)?;
         let origin = camera.camera_to_world.translation;
         for limit in scene.limits(&[origin]).iter().filter(|l| l.passed) {
@@ -226,6 +229,7 @@ impl Session {
             gpu_scene,
             selection,
             scene_hash,
+            edited_shaders,
             clock: moves.then_some(clock),
             camera: followed.map(|index| MovingCamera::of(&scene, index)),
             rejected: 0,

@@ -8,6 +8,7 @@ use crate::shader_interface::compiler::{self, Debug, Sources};
 use crate::{Error, Result, shader_interface};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -28,7 +29,7 @@ const SOURCES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"
 /// The folder cannot be read or lacks the shader, the shader does not compile, or no pass with this name is embedded.
 pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
     let with_lines = is_asked_for("HEADWATER_SHADER_DEBUG");
-    let folder = std::env::var_os("HEADWATER_GLSL");
+    let folder = edited_folder();
     if with_lines || folder.is_some() {
         let sources = sources_in_use()?;
         let file = compiler::pass_file(name, &sources).ok_or_else(|| {
@@ -55,6 +56,11 @@ pub fn spirv(name: &str, variant: Variant) -> Result<Vec<u32>> {
     Ok(bytemuck::pod_collect_to_vec(bytes))
 }
 
+/// The folder that `HEADWATER_GLSL` names, whose shaders replace the embedded ones; `None` if the variable is not set.
+fn edited_folder() -> Option<OsString> {
+    std::env::var_os("HEADWATER_GLSL")
+}
+
 /// Compiles one pass, whose file has the path `file` in `sources`, to SPIR-V words. An error joins the lines of the
 /// compiler's message into one line.
 fn compile(file: &str, sources: &Sources, variant: Variant, debug: Debug) -> Result<Vec<u32>> {
@@ -75,7 +81,7 @@ fn used_files() -> MutexGuard<'static, BTreeSet<String>> {
 /// # Errors
 /// The folder cannot be read, or a shader does not compile.
 pub fn check_folder(variant: Variant) -> Result<()> {
-    if std::env::var_os("HEADWATER_GLSL").is_none() {
+    if edited_folder().is_none() {
         return Ok(());
     }
     let sources = sources_in_use()?;
@@ -92,7 +98,7 @@ pub fn check_folder(variant: Variant) -> Result<()> {
 /// # Errors
 /// The folder cannot be read.
 pub fn changes_without_effect() -> Result<Vec<String>> {
-    if std::env::var_os("HEADWATER_GLSL").is_none() {
+    if edited_folder().is_none() {
         return Ok(Vec::new());
     }
     let (built_in, used) = (sources(), used_files().clone());
@@ -145,7 +151,7 @@ impl Fingerprints {
 /// # Errors
 /// The folder cannot be read.
 pub fn edited_fingerprint() -> Result<Option<String>> {
-    match std::env::var_os("HEADWATER_GLSL") {
+    match edited_folder() {
         None => Ok(None),
         Some(_) => Fingerprints::new().map(|fingerprints| Some(fingerprints.all)),
     }
@@ -163,7 +169,7 @@ fn hash_of(sources: &Sources, is_wanted: impl Fn(&str) -> bool) -> String {
 /// The GLSL sources of the folder that `HEADWATER_GLSL` names or, if the variable is not set, the embedded ones; in both
 /// cases with the generated declarations.
 fn sources_in_use() -> Result<Sources> {
-    let Some(folder) = std::env::var_os("HEADWATER_GLSL") else {
+    let Some(folder) = edited_folder() else {
         return Ok(sources());
     };
     let folder = Path::new(&folder);

@@ -1,9 +1,9 @@
 //! Tests of `--resume` with files whose metadata or sums are wrong.
 
+use crate::support::planted;
 use crate::{fail, headwater, succeed, text};
 use headwater::image::{Image, Samples};
 use std::path::Path;
-use std::process::Command;
 
 const ARGUMENTS: [&str; 8] = [
     "reference",
@@ -133,9 +133,7 @@ fn sums_of_other_shaders_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let glsl = folder.path().join("glsl");
-    let ours = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
-    let copied = Command::new("cp").arg("-r").args([&ours, &glsl]).status();
-    assert!(copied.unwrap().success());
+    planted(&glsl, &[]);
     let arguments = [&ARGUMENTS[..], &["-o", text(&path)]].concat();
     let resume = [&arguments[..], &["--resume"]].concat();
     let edited = |arguments: &[&str]| {

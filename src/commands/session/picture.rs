@@ -5,7 +5,6 @@ use super::Session;
 use super::cameras::camera_text;
 use crate::commands::arguments::Aov;
 use crate::commands::notice;
-use crate::device_scene::shaders;
 use crate::image::{Image, Samples};
 use crate::render::outputs::Sums;
 use crate::render::{Clock, Lighting, Settings};
@@ -51,8 +50,8 @@ impl Session {
         ] {
             image.metadata.insert(format!("headwater.{key}"), value);
         }
-        if let Some(shaders) = shaders::edited_fingerprint()? {
-            (image.metadata).insert("headwater.shaders".to_owned(), shaders);
+        if let Some(shaders) = &self.edited_shaders {
+            (image.metadata).insert("headwater.shaders".to_owned(), shaders.clone());
         }
         if let Some(Clock { start_time, fps }) = self.clock {
             let fps = fps.map(|fps| ("fps", fps));

@@ -19,13 +19,15 @@
 
 mod clusters;
 pub mod connected;
+mod light_sum;
 mod scale;
 mod visibility;
 
 use super::compute_bvh::binary_tree;
 use super::lights::Lights;
 use crate::shader_interface::{GpuLightEntry, GpuLightNode, LIGHT_SPOT, NODE_ENTRIES, NONE};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
+use light_sum::LightSum;
 
 /// Options for the construction of a light BVH. They decide which lights are in the tree, which of them a walk (the search
 /// of the tree for one point) finds, and how likely it is that one of these is drawn.
@@ -427,75 +429,4 @@ fn integer_sums(weights: &[f64]) -> Vec<u32> {
         sums.push((sum.min(1.0) * room + index) as u32);
     }
     sums
-}
-
-/// A box (min, max) that contains no point. Its union with another box is that other box. It is the box of influence of
-/// lights without power, which a walk therefore does not find.
-const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-
-/// The sums over some lights, from which a node's box, power and normal follow: the box around the lights (`low` to `high`,
-/// in the device's world space), their total power, and the sum of their normals. The sums of a parent node are those of its
-/// two children together.
-#[derive(Clone, Copy)]
-struct LightSum {
-    low: Vec3,
-    high: Vec3,
-    power: f64,
-    /// The sum of the lights' normals in world space, each multiplied by the power of its light. Lights that emit into all
-    /// directions add zero. Divided by `power`, the sum is the mean normal of the node, whose length is at most 1. Shaders
-    /// estimate from it how much of its light the node sends towards a point.
-    normal: DVec3,
-}
-
-impl LightSum {
-    const NOTHING: Self = Self {
-        low: NOWHERE.0,
-        high: NOWHERE.1,
-        power: 0.0,
-        normal: DVec3::ZERO,
-    };
-
-    fn of<'a>(lights: impl Iterator<Item = &'a NearLight>) -> Self {
-        lights.fold(Self::NOTHING, |sum, light| {
-            sum.and(&Self {
-                low: light.low,
-                high: light.high,
-                power: light.power,
-                normal: light.power * light.normal.as_dvec3(),
-            })
-        })
-    }
-
-    fn and(&self, other: &Self) -> Self {
-        Self {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-            power: self.power + other.power,
-            normal: self.normal + other.normal,
-        }
-    }
-
-    /// The box of influence (min, max) of these lights, outside of which they contribute little: the box around them,
-    /// enlarged by `scale` · √power on each side. If they have no power, it contains no point.
-    fn influence(&self, scale: f32) -> (Vec3, Vec3) {
-        if self.power == 0.0 {
-            return NOWHERE;
-        }
-        let radius = Vec3::splat(Self::radius(self.power, scale));
-        (self.low - radius, self.high + radius)
-    }
-
-    /// The distance, `scale` · √`power` in the device's unit of length, by which the box of influence extends beyond lights
-    /// with this total power.
-    fn radius(power: f64, scale: f32) -> f32 {
-        scale * power.sqrt() as f32
-    }
-
-    /// The box (min, max) of a node of a cut, in the device's world space: the box around the node's lights, enlarged on
-    /// each side by `scale` times half its diagonal. If it contains the point for which a walk searches, the walk continues
-    /// with the node's children. Otherwise the walk skips the children, and treats all lights of the node as one light.
-    fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
-        let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
-        (self.low - radius, self.high + radius)
-    }
 }

@@ -4,7 +4,8 @@
 //! the cluster. The method is algorithm 4 of the publication of the light BVH (Gardishyan, "A Better Light Candidate
 //! Generation Algorithm for ReSTIR Ray Tracing Using an Acceleration Structure to Identify Relevant Lights", 2025).
 
-use super::{LightBvh, LightSum, NearLight};
+use super::light_sum::LightSum;
+use super::{LightBvh, NearLight};
 use crate::base::random::Random;
 use crate::device_scene::lights::Lights;
 use crate::shader_interface::{LIGHT_SPOT, RayQuery};

@@ -17,38 +17,28 @@
 //! into triangles, concave ones too. Free-form curves and surfaces are skipped.
 
 mod building;
+mod libraries;
 mod lines;
 mod maps;
 mod mtl;
 
 use super::polygon::triangulate;
 use super::progress::Progress;
-use super::scene_folder::{SceneFile, SceneFolder};
+use super::scene_folder::SceneFolder;
+use crate::Result;
 use crate::base::memory;
 use crate::scene::notices::{Tally, quoted};
 use crate::scene::{Bounds, Instance, Material, Scene};
-use crate::{Error, Result};
 use building::{Building, Corner, MISSING, join_parts};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use lines::{Line, Lines};
 use mtl::Maps;
 use std::collections::{HashMap, HashSet};
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::io::BufRead;
 
 /// The base colour, in linear RGB, of faces without a material, and of materials for which the MTL file states no base
 /// colour (`Kd`).
 const GREY: Vec3 = Vec3::splat(0.8);
-
-/// The maximum size of an MTL file, in bytes (64 MiB). A larger file is an error and is not read, because its materials
-/// would take too much memory.
-const MAX_MTL_BYTES: u64 = 64 << 20;
-
-/// The memory that the materials of an MTL file are assumed to take, in bytes per byte of the file. Before the file is read,
-/// the reader checks that this much is free; if it is not, loading ends with an error. A material takes about 430 bytes of
-/// memory, and its first line at least 7 bytes of the file: about 61 bytes per byte. This number is about twice as large,
-/// because a growing list may reserve twice the memory of its elements.
-const MTL_RATIO: u64 = 128;
 
 /// The memory, in bytes, that a mesh without vertices and triangles takes together with its instance. Each `o` and `g`
 /// statement begins a mesh, so the reader checks at each of them that this much memory is free. If it is not, loading ends
@@ -59,11 +49,6 @@ const MESH_BYTES: u64 = 1 << 10;
 /// Before each face the reader checks that this much is free; if it is not, loading ends with an error. A corner takes 96
 /// bytes, and its text has at least two bytes, such as `1` and a space.
 const FACE_RATIO: u64 = 48;
-
-/// The memory, in bytes, that the reader takes to remember the name of an MTL file, not counting the bytes of the name
-/// itself. The reader checks for each name after `mtllib` that this much and the name's own bytes are free. If they are not,
-/// loading ends with an error.
-const NAME_BYTES: u64 = 128;
 
 /// The maximum number of unsupported kinds of textures, such as `bump`, that the notice about ignored textures lists, so
 /// that the notice stays short. Further kinds are summarised as "and others".
@@ -319,96 +304,6 @@ impl<'a> Reader<'a> {
                     format!("{}: {}", line.location(), quoted(line.rest))
                 });
         }
-    }
-
-    fn material_library(&mut self, line: &Line) -> Result<()> {
-        // A name may contain spaces, and there may be several names.
-        if self.library(line, line.rest)? {
-            return Ok(());
-        }
-        let is_one = line.words().nth(1).is_none();
-        for name in line.words() {
-            if is_one || !self.library(line, name)? {
-                self.tally
-                    .add("MTL files that cannot be read are left out", || {
-                        format!("{}: {}", line.location(), quoted(name))
-                    });
-            }
-        }
-        Ok(())
-    }
-
-    /// Reads the MTL file with the path `name`, unless this path was looked up before. Returns false if there is no such
-    /// file, but always true for a path that was looked up before, so that a missing file is reported once. `line` is the
-    /// `mtllib` statement, for messages.
-    fn library(&mut self, line: &Line, name: &str) -> Result<bool> {
-        check_memory(line, name.len() as u64 + NAME_BYTES)?;
-        if !self.library_names.insert(name.to_owned()) {
-            return Ok(true);
-        }
-        match self.open_library(line, name)? {
-            Some(file) => self.read_library(name, file).map(|()| true),
-            None => Ok(false),
-        }
-    }
-
-    fn open_library(&self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
-        let open = |name: &str| {
-            let what = format!("mtllib in {}", line.location());
-            self.folder.open_dispensable(&what, &[name.into()])
-        };
-        let found = open(name)?;
-        // One after the other: what is inside with backslashes may be outside with slashes.
-        match name.replace('\\', "/") {
-            other if found.is_none() && other != name => open(&other),
-            _ => Ok(found),
-        }
-    }
-
-    /// Reads an MTL file and adds its materials to the scene. Does nothing if the same file was already read under another
-    /// path. `name` is the file's path in the OBJ file, for messages.
-    fn read_library(&mut self, name: &str, file: SceneFile) -> Result<()> {
-        if !self.libraries.insert(file.id) {
-            return Ok(());
-        }
-        if file.length > MAX_MTL_BYTES {
-            return Err(Error::input(format!(
-                "{} has {} bytes, an MTL file at most {MAX_MTL_BYTES}; remove materials that nothing uses",
-                quoted(name),
-                file.length
-            )));
-        }
-        memory::check(file.length * MTL_RATIO).map_err(|cause| {
-            Error::input(format!(
-                "{}: {cause}; remove materials that nothing uses",
-                quoted(name)
-            ))
-        })?;
-        let folder = file.name.parent().unwrap_or(Path::new(""));
-        let source = BufReader::new(file.file.take(file.length));
-        let first = self.scene.materials.len();
-        let library = mtl::read(source, folder, &mut self.scene.materials, &mut self.maps)
-            .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
-        for texture in library.textures {
-            if self.textures.len() <= MAX_KINDS && !self.textures.contains(&texture) {
-                self.textures.push(texture);
-            }
-        }
-        for (option, location) in library.options {
-            let what = format!("the option {option} of textures is ignored");
-            self.tally
-                .add(&what, || format!("{location} of {}", quoted(name)));
-        }
-        for material in library.transparent {
-            self.tally
-                .add("transparency is not supported, surfaces are opaque", || {
-                    format!("material {}", quoted(&material))
-                });
-        }
-        for (index, material) in self.scene.materials.iter().enumerate().skip(first) {
-            self.materials.insert(material.name.clone(), index as u32);
-        }
-        Ok(())
     }
 
     /// The index, among the scene's materials, of the grey material for faces without a material. This function adds the
