@@ -26,7 +26,7 @@ const SAMPLES: u32 = 256;
 const SIGMAS: f64 = 6.5;
 /// The maximum standard error of the sum of all pixels, relative to the sum; with a larger one, the comparison would prove
 /// nothing.
-const WIDEST: f64 = 1e-3;
+const MAX_HALF_WIDTH: f64 = 1e-3;
 /// Distance from the edge of a texel, in texels, within which a pixel is not compared, since rounding may show either side.
 const EDGE: f64 = 1e-3;
 
@@ -212,7 +212,10 @@ fn assert_shows(name: &str, scene: &Scene, slack: f64, expected: impl Fn(DVec2) 
         1.0 + difference / sum,
         error / sum
     );
-    assert!(error <= WIDEST * sum, "{name}: too noisy to show anything");
+    assert!(
+        error <= MAX_HALF_WIDTH * sum,
+        "{name}: too noisy to show anything"
+    );
     let allowed = SIGMAS * error + (slack + 2e-5) * sum;
     assert!(
         difference.abs() <= allowed,

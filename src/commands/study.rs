@@ -186,7 +186,7 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let mut forecast = Forecast::default();
     for planned in &plan.scenes {
-        work::expect(&mut forecast, &plan, planned, &own(planned));
+        work::forecast_scene(&mut forecast, &plan, planned, &own(planned));
     }
     // References first: one that knows too little would else be found out after hours of work on the
     // scenes before. A first look proves nothing in any case, nor does a scene without a claim.

@@ -94,7 +94,7 @@ pub fn select(device: &DeviceInfo, request: Request, scene: &SceneSizes) -> Resu
         None if without_addresses => {
             let request = Some(GeometryAccess::StorageBuffers);
             let access = geometry(device, request, scene, fetch).map_err(|_| {
-                let (name, bytes) = scene.largest(|_| true);
+                let (name, bytes) = scene.largest_buffer(|_| true);
                 Error::input(format!(
                     "{NO_REPLAY}, and its bindings hold less than the {bytes} bytes of {name}; capture a smaller scene"
                 ))
@@ -139,7 +139,7 @@ fn tracer(device: &DeviceInfo, request: Option<Tracer>) -> Result<(Tracer, &'sta
 
 fn fetch(device: &DeviceInfo, scene: &SceneSizes) -> (Fetch, String) {
     let reach = device.max_texel_bytes();
-    let (name, bytes) = scene.largest(is_fetched);
+    let (name, bytes) = scene.largest_buffer(is_fetched);
     if reach < device.max_storage_buffer_range {
         (Fetch::Words, "texels reach less far than a binding".into())
     } else if device.buffer_addresses && bytes > reach {
@@ -160,7 +160,7 @@ fn geometry(
 ) -> Result<(GeometryAccess, String)> {
     use GeometryAccess::{BufferAddresses, StorageBuffers};
     // Through bindings, or by address.
-    let (name, bytes) = scene.largest(|name| fetch == Fetch::Words || !is_fetched(name));
+    let (name, bytes) = scene.largest_buffer(|name| fetch == Fetch::Words || !is_fetched(name));
     let range = device.max_storage_buffer_range;
     let slow = match device.driver_kind {
         DriverKind::Llvmpipe { mesa: ..=22 } => {

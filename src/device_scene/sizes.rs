@@ -59,13 +59,13 @@ impl SceneSizes {
         }
     }
 
-    /// The name and the size in bytes of the largest buffer. A buffer is left out if `counts`, called with its name, returns
+    /// The name and the size in bytes of the largest buffer. A buffer is left out if `counted`, called with its name, returns
     /// false; if all are left out, the result is an empty name and 0. To choose the shader variant, the size is compared
     /// with the limits for bindings and texel buffers.
-    pub(super) fn largest(&self, counts: impl Fn(&str) -> bool) -> (&'static str, u64) {
+    pub(super) fn largest_buffer(&self, counted: impl Fn(&str) -> bool) -> (&'static str, u64) {
         let buffers = self.bytes.named().into_iter();
-        let counted = buffers.filter(|(name, _)| counts(name));
-        counted.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
+        let buffers = buffers.filter(|(name, _)| counted(name));
+        buffers.max_by_key(|(_, bytes)| *bytes).unwrap_or_default()
     }
 
     /// Checks that a device can store the scene and read it with shaders of `variant`, and that the host has free memory for

@@ -79,7 +79,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
 fn open_file(path: &Path, progress: &mut Progress<'_>) -> Result<(File, u64)> {
     let file = input_files::open(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
-    progress.expect(length);
+    progress.add_to_read(length);
     Ok((file, length))
 }
 

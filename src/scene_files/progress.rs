@@ -40,7 +40,7 @@ impl<'a> Progress<'a> {
     }
 
     /// Adds `bytes`, the size of one more file that will be read, to the total number of bytes.
-    pub(super) fn expect(&mut self, bytes: u64) {
+    pub(super) fn add_to_read(&mut self, bytes: u64) {
         self.to_read = self.to_read.saturating_add(bytes);
     }
 
@@ -93,7 +93,7 @@ pub(super) fn read_file(
 ) -> Result<Vec<u8>> {
     let name = &file.name;
     let length = at_most.min(file.length);
-    progress.expect(length);
+    progress.add_to_read(length);
     input_files::read_length(Watched::new(file.file, progress), length)
         .map_err(|cause| Error::from_io(cause, |cause| unreadable(what, name, &cause)))
 }

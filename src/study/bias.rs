@@ -25,11 +25,11 @@ use serde::Serialize;
 /// configuration never gets the verdict `unbiased`, because a wide interval could hide a bias. If the plan expects the
 /// configuration to be unbiased, it gets more seeds until its half-width is at most this limit or its number of seeds is the
 /// plan's maximum.
-pub const WIDEST: f64 = 0.005;
+pub const MAX_HALF_WIDTH: f64 = 0.005;
 /// The limit for the half-width of the 99 % interval of a reference's mean, as a fraction of this mean. If a plan expects
 /// `unbiased`, its study refuses a reference whose half-width is larger, except with the option `--quick`. The limit is
-/// below [`WIDEST`], because the interval of a bias contains the error of the reference and also the error of the runs.
-pub const WIDEST_REFERENCE: f64 = 0.004;
+/// below [`MAX_HALF_WIDTH`], because the interval of a bias contains the error of the reference and also the error of the runs.
+pub const MAX_REFERENCE_HALF_WIDTH: f64 = 0.004;
 /// The level of the tests for bias: if a corrected p-value of a configuration on a scene is below it, the verdict there is
 /// `biased`. Holm's method corrects the p-values of several tests together for the number of these tests. The level is the
 /// largest accepted probability, in [0, 1], that any of these tests finds a bias where there is none.
@@ -61,7 +61,7 @@ pub struct Bias {
     /// is the reference's mean unless the channel is black. It is positive if the pictures are too bright.
     pub relative: [f64; 3],
     /// For each channel, the half-width of the 99 % interval around [`Self::relative`], in the same unit. While it is above
-    /// [`WIDEST`], the interval is too wide for the verdict `unbiased`.
+    /// [`MAX_HALF_WIDTH`], the interval is too wide for the verdict `unbiased`.
     pub half_width: [f64; 3],
     /// For each channel, the probability that an unbiased configuration differs from the reference by at least the measured
     /// difference. Small values raise an alarm. The p-values are not corrected for the number of tests;
@@ -126,8 +126,8 @@ impl Bias {
     }
 
     /// The largest of the half-widths of the three channels ([`Self::half_width`]), as a fraction of the reference's mean. A
-    /// study compares it with [`WIDEST`]: while it is larger, more seeds are needed for the verdict `unbiased`.
-    pub fn widest(&self) -> f64 {
+    /// study compares it with [`MAX_HALF_WIDTH`]: while it is larger, more seeds are needed for the verdict `unbiased`.
+    pub fn largest_half_width(&self) -> f64 {
         self.half_width.iter().copied().fold(0.0, f64::max)
     }
 
@@ -144,19 +144,19 @@ impl Bias {
         each.into_iter().fold(0.0, f64::max)
     }
 
-    /// The number of additional seeds with which the half-widths of all channels would be at most [`WIDEST`]; 0 if they are
+    /// The number of additional seeds with which the half-widths of all channels would be at most [`MAX_HALF_WIDTH`]; 0 if they are
     /// already. Results recommend it for an undecided configuration. `None` if the error of the reference is so large that
     /// no number of seeds suffices.
     pub fn missing_seeds(&self) -> Option<f64> {
         let seeds = self.seeds as f64;
         let needed = [0, 1, 2].map(|c| {
             let error = self.differences[c].standard_error;
-            if self.half_width[c] <= WIDEST {
+            if self.half_width[c] <= MAX_HALF_WIDTH {
                 return Some(seeds);
             }
             // Of as many seeds as it takes, Student's interval is nearly a normal one. Only the runs' part of the
             // error shrinks with their number.
-            let wanted = WIDEST * self.scale[c] / NORMAL_99;
+            let wanted = MAX_HALF_WIDTH * self.scale[c] / NORMAL_99;
             let truth = self.truth_errors[c].powi(2);
             let left = wanted.powi(2) - truth;
             let needed = seeds * (error.powi(2) - truth).max(0.0) / left;

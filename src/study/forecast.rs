@@ -39,14 +39,14 @@ impl Forecast {
     /// Sets the number of steps of one kind of work that are still to come on the scene with the name `scene`. It replaces
     /// the number that was set before. A study sets all numbers before its work begins, and corrects them when it knows what
     /// is left.
-    pub fn expect(&mut self, scene: &str, effort: Effort, steps: u64) {
+    pub fn set_to_come(&mut self, scene: &str, effort: Effort, steps: u64) {
         self.stage(scene, effort).to_come = steps;
     }
 
     /// Raises the number of steps of one kind of work that are still to come on the scene with the name `scene` to `steps`.
     /// If the number is larger already, nothing changes. A study calls this before it renders runs, and passes the number of
     /// frames of all runs that are not stored yet.
-    pub fn expect_at_least(&mut self, scene: &str, effort: Effort, steps: u64) {
+    pub fn raise_to_come(&mut self, scene: &str, effort: Effort, steps: u64) {
         let stage = self.stage(scene, effort);
         stage.to_come = stage.to_come.max(steps);
     }
@@ -120,8 +120,8 @@ mod tests {
     fn the_fraction_is_one_of_time_over_all_scenes() {
         let mut forecast = Forecast::default();
         for scene in ["a", "b"] {
-            forecast.expect(scene, Effort::References, 100);
-            forecast.expect(scene, Effort::Runs, 10);
+            forecast.set_to_come(scene, Effort::References, 100);
+            forecast.set_to_come(scene, Effort::Runs, 10);
         }
         assert_eq!(forecast.fraction(), 0.0);
         forecast.done("a", Effort::References, 100, SECOND);
@@ -139,11 +139,11 @@ mod tests {
     #[test]
     fn what_is_found_to_be_missing_is_added() {
         let mut forecast = Forecast::default();
-        forecast.expect("a", Effort::Runs, 10);
+        forecast.set_to_come("a", Effort::Runs, 10);
         forecast.done("a", Effort::Runs, 10, SECOND);
-        forecast.expect_at_least("a", Effort::Runs, 30);
+        forecast.raise_to_come("a", Effort::Runs, 30);
         assert_eq!(forecast.fraction(), 0.25);
-        forecast.expect_at_least("a", Effort::Runs, 3);
+        forecast.raise_to_come("a", Effort::Runs, 3);
         assert_eq!(forecast.fraction(), 0.25);
         // More steps than were expected are no debt.
         forecast.done("a", Effort::Runs, 40, SECOND);

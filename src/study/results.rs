@@ -1,7 +1,7 @@
 //! The results of a study: one row for each configuration on each scene, with its errors, its costs, and its verdict about
 //! bias.
 
-use super::bias::{Bias, Confirmation, LEVEL, WIDEST};
+use super::bias::{Bias, Confirmation, LEVEL, MAX_HALF_WIDTH};
 use super::block_bias::BlockBias;
 use super::plan::{Expect, Resolved};
 use super::run::{Milliseconds, Run, medians};
@@ -112,13 +112,13 @@ pub struct Missing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// No bias was found, and the 99 % interval is so narrow (its half-width is at most [`WIDEST`]) that a larger bias would
+    /// No bias was found, and the 99 % interval is so narrow (its half-width is at most [`MAX_HALF_WIDTH`]) that a larger bias would
     /// have been found.
     Unbiased,
     /// The difference from the reference is too large to be chance: a p-value of the tests that decide about the row,
     /// corrected for the number of tests, is below [`LEVEL`].
     Biased,
-    /// No bias was found, but the 99 % interval is too wide (its half-width is above [`WIDEST`]) to exclude one. More seeds
+    /// No bias was found, but the 99 % interval is too wide (its half-width is above [`MAX_HALF_WIDTH`]) to exclude one. More seeds
     /// or a better reference are needed.
     Undecided,
 }
@@ -269,12 +269,12 @@ pub fn judge(rows: &mut [Row]) {
             // before, whichever see finer.
             let finest = [&row.bias, row.deciding().0]
                 .into_iter()
-                .min_by(|a, b| a.widest().total_cmp(&b.widest()))
+                .min_by(|a, b| a.largest_half_width().total_cmp(&b.largest_half_width()))
                 .unwrap_or(&row.bias);
-            let (widest, seeds) = (finest.widest(), finest.missing_seeds());
+            let (widest, seeds) = (finest.largest_half_width(), finest.missing_seeds());
             row.verdict = if row.corrected_p_value < LEVEL {
                 Verdict::Biased
-            } else if widest > WIDEST {
+            } else if widest > MAX_HALF_WIDTH {
                 Verdict::Undecided
             } else {
                 Verdict::Unbiased

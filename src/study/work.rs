@@ -1,7 +1,9 @@
 //! The work of a study on one scene: it renders the runs that are missing, renders more runs where the interval of the bias
 //! is too wide for a verdict, and makes one row of results for each configuration.
 
-use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation, WIDEST, WIDEST_REFERENCE};
+use super::bias::{
+    self, Bias, CONFIRMING_SEEDS, Confirmation, MAX_HALF_WIDTH, MAX_REFERENCE_HALF_WIDTH,
+};
 use super::block_bias::BlockBias;
 use super::forecast::{Effort, Forecast};
 use super::plan::{Expect, Plan, Resolved};
@@ -31,19 +33,24 @@ const LIKELY_CONTROL_SAMPLES: u32 = 8;
 /// Sets in the forecast the number of steps of all work that `plan` requires on the scene `planned`, before any work begins,
 /// so that the first report of progress covers the whole study. `own` are the configurations that are rendered on this
 /// scene.
-pub fn expect(forecast: &mut Forecast, plan: &Plan, planned: &PlannedScene, own: &[&Resolved]) {
+pub fn forecast_scene(
+    forecast: &mut Forecast,
+    plan: &Plan,
+    planned: &PlannedScene,
+    own: &[&Resolved],
+) {
     let (name, seeds) = (planned.name.as_str(), u64::from(plan.seeds));
     let frames: u64 = own.iter().map(|c| u64::from(c.frames)).sum();
-    forecast.expect(name, Effort::Runs, seeds * frames);
+    forecast.set_to_come(name, Effort::Runs, seeds * frames);
     let repeats = own.iter().map(|c| u64::from(c.frames) * repeats(c)).sum();
-    forecast.expect(name, Effort::Repeats, repeats);
+    forecast.set_to_come(name, Effort::Repeats, repeats);
     let samples = planned.reference_spp.unwrap_or(plan.reference_spp);
     // If nothing moves in the scene, all frames have the same one: then too many are expected until it is made.
     let references = plan.fps.map_or(1, |_| u64::from(plan.frames));
-    forecast.expect(name, Effort::References, references * u64::from(samples));
+    forecast.set_to_come(name, Effort::References, references * u64::from(samples));
     if own.iter().any(|c| c.expect == Expect::Unbiased) {
         let frames = u64::from(1 + LIKELY_CONTROL_SAMPLES);
-        forecast.expect(name, Effort::Controls, seeds * frames);
+        forecast.set_to_come(name, Effort::Controls, seeds * frames);
     }
 }
 
@@ -104,7 +111,8 @@ impl<'a> Work<'a> {
     /// frame, or `watch` returns an error.
     pub fn rows(&mut self, configurations: &[&Resolved]) -> Result<Vec<Row>> {
         // Configurations take turns, so that what disturbs the machine disturbs all alike.
-        self.forecast.expect(&self.subject.name, Effort::Runs, 0);
+        self.forecast
+            .set_to_come(&self.subject.name, Effort::Runs, 0);
         self.run(Effort::Runs, configurations, 0..self.plan.seeds)?;
         let seeds = self.extend(configurations)?;
         let rows = (configurations.iter())
@@ -119,15 +127,15 @@ impl<'a> Work<'a> {
     /// reference, so no number of runs could make the interval narrow enough for a proof with such a reference.
     ///
     /// # Errors
-    /// The half-width of a reference exceeds [`WIDEST_REFERENCE`], or an error of [`Self::rows`] occurs.
+    /// The half-width of a reference exceeds [`MAX_REFERENCE_HALF_WIDTH`], or an error of [`Self::rows`] occurs.
     pub fn check_references(&mut self, claims: &[&Resolved]) -> Result<()> {
         let spp = self.reference_spp;
         for configuration in claims {
             let references = self.references(configuration)?;
             let reference = references.last();
             let width = reference.half_width();
-            if width > WIDEST_REFERENCE {
-                let needed = reference.samples_for(WIDEST_REFERENCE);
+            if width > MAX_REFERENCE_HALF_WIDTH {
+                let needed = reference.samples_for(MAX_REFERENCE_HALF_WIDTH);
                 return Err(Error::input(format!(
                     "scene {}: its reference of {spp} samples per pixel has the mean within ±{:.2} % only; give it a reference_spp of about {:.0}",
                     self.subject.name,
@@ -140,7 +148,7 @@ impl<'a> Work<'a> {
     }
 
     /// Renders runs with further seeds of each configuration that is expected to be unbiased, until its interval is at most
-    /// as wide as [`WIDEST`] allows or the plan's maximum of seeds is reached. A wider interval proves nothing. Returns the
+    /// as wide as [`MAX_HALF_WIDTH`] allows or the plan's maximum of seeds is reached. A wider interval proves nothing. Returns the
     /// largest number of seeds of any configuration; those with a narrow interval have fewer.
     fn extend(&mut self, configurations: &[&Resolved]) -> Result<u32> {
         let mut seeds = self.plan.seeds;
@@ -148,7 +156,7 @@ impl<'a> Work<'a> {
             let mut wide = Vec::new();
             for configuration in configurations {
                 if configuration.expect == Expect::Unbiased
-                    && self.bias(configuration, seeds)?.widest() > WIDEST
+                    && self.bias(configuration, seeds)?.largest_half_width() > MAX_HALF_WIDTH
                 {
                     wide.push(*configuration);
                 }
@@ -230,7 +238,7 @@ impl<'a> Work<'a> {
             missing += runs as u64 * u64::from(configuration.frames);
         }
         let name = self.subject.name.clone();
-        self.forecast.expect_at_least(&name, effort, missing);
+        self.forecast.raise_to_come(&name, effort, missing);
         for seed in seeds {
             for configuration in configurations {
                 let key = self.subject.key(configuration)?;
@@ -269,7 +277,7 @@ impl<'a> Work<'a> {
             (heard, before) = (Instant::now(), fraction);
             watch(forecast.fraction())
         })?;
-        forecast.expect(&name, Effort::References, 0);
+        forecast.set_to_come(&name, Effort::References, 0);
         Ok(references)
     }
 

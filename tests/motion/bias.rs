@@ -30,7 +30,7 @@ const SAMPLES: u32 = 1152;
 const CONFIDENCE: f64 = 0.999;
 /// The maximum half-width of the confidence interval, as a fraction of the mean; with a wider one, the comparison would
 /// prove nothing.
-const WIDEST: f64 = 0.01;
+const MAX_HALF_WIDTH: f64 = 0.01;
 
 fn view(scene: &Scene, bounces: u32) -> View {
     View {
@@ -141,7 +141,7 @@ fn check_at(
                 100.0 * half_width
             );
             println!("{text}");
-            assert!(half_width <= WIDEST, "{text}: too noisy to tell");
+            assert!(half_width <= MAX_HALF_WIDTH, "{text}: too noisy to tell");
             assert!(bias.abs() <= half_width, "{text}");
         }
     }

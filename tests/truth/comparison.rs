@@ -13,7 +13,7 @@ use std::fmt::Write;
 const LEVEL: f64 = 0.001;
 /// The maximum half-width of the 99.9 % interval of a difference of means, as a fraction of the mean; with a wider one, a
 /// sharp comparison would prove nothing.
-const WIDEST: f64 = 0.003;
+const MAX_HALF_WIDTH: f64 = 0.003;
 
 /// Name of the region of all pixels that show no emitter. The light of visible emitters has no noise, and would make the
 /// mean of this region look more precise than it is.
@@ -72,7 +72,7 @@ pub fn failures(comparisons: &[Comparison]) -> String {
         if p < LEVEL {
             writeln!(text, "{}: {one} is not {other}, p {p:.1e}", c.what).unwrap();
         }
-        if c.sharp && half_width.is_nan() | (half_width > WIDEST) {
+        if c.sharp && half_width.is_nan() | (half_width > MAX_HALF_WIDTH) {
             writeln!(text, "{}: ±{half_width} is too wide", c.what).unwrap();
         }
     }

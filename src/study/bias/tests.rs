@@ -76,7 +76,7 @@ fn a_detectable_bias_is_beyond_the_threshold() {
     let bias = Bias::measure(&plain, &reference());
     let found = bias.detectable(1);
     assert!(
-        found > bias.widest() && found < 2.0 * bias.widest(),
+        found > bias.largest_half_width() && found < 2.0 * bias.largest_half_width(),
         "{bias:?} {found}"
     );
     // More tests need larger differences.
@@ -124,10 +124,13 @@ fn missing_seeds_are_as_many_as_make_the_interval_narrow() {
         Bias::measure(&plain.iter().collect::<Vec<_>>(), &reference())
     };
     let few = measure(16);
-    assert!(few.widest() > 2.0 * WIDEST, "{few:?}");
+    assert!(few.largest_half_width() > 2.0 * MAX_HALF_WIDTH, "{few:?}");
     let more = few.missing_seeds().unwrap();
     let enough = measure(16 + more as u32);
-    assert!((0.6..1.3).contains(&(enough.widest() / WIDEST)), "{more}");
+    assert!(
+        (0.6..1.3).contains(&(enough.largest_half_width() / MAX_HALF_WIDTH)),
+        "{more}"
+    );
     assert_eq!(measure(4096).missing_seeds(), Some(0.0));
     let mut vague = reference();
     vague.error = vec![[1.0; 3]; vague.error.len()];

@@ -123,9 +123,9 @@ uint integers_of(GpuLightNode node, out uint first) {
     return light_entry(node.first + node.count).before - first;
 }
 
-// Draws a light from the nodes that are found from the context, of which there are some, by what they are expected to contribute: number
-// `index` of `count`. Numbers must ascend, since the walk only goes on. Also returns the probability, in the mean over the
-// numbers.
+// Draws a light from the nodes that are found from the context, of which there are some, by what they are expected to
+// contribute: draw `index` of `count`. Indices must ascend from call to call, since the walk only goes on. Also returns the
+// probability, in the mean over the draws.
 uint draw_near_light(inout LightSampleContext context, uint index, uint count, uvec2 bits, out float probability) {
     float wanted = (float(index) + to_unit(bits.x)) / float(count) * context.expected;
     while (context.passed <= wanted) {
