@@ -1,11 +1,11 @@
 //! `render`: renders a number of frames of a scene, and writes the last frame or the mean of all.
 
-use super::NOTHING_WRITTEN;
 use super::arguments::SceneArgs;
 use super::capture::{self, FrameRange};
 use super::ignored;
 use super::interrupt::Interrupt;
 use super::session::{Purpose, Session};
+use super::{NOTHING_WRITTEN, notice};
 use crate::base::files::write_atomically;
 use crate::{Error, Result};
 use std::io::Write;
@@ -69,6 +69,17 @@ pub fn run(args: &Args) -> Result<()> {
     let first = if args.accumulate { 0 } else { args.frames - 1 };
     let shown = first..args.frames;
     let mut session = Session::open(&args.scene, settings, clock, purpose, shown, &interrupt)?;
+    if args.accumulate
+        && args.frames > 1
+        && let Some(clock) = session.running_clock()
+    {
+        notice(&format!(
+            "the picture is the mean of {} moments of the scene, from {} to {} s, because --fps moves the scene between frames; leave out --fps for the mean of one moment",
+            args.frames,
+            clock.time(0),
+            clock.time(args.frames - 1)
+        ));
+    }
     if let Some(range) = args.capture {
         let wanted = capture::CapturePlan {
             range,

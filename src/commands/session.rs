@@ -308,7 +308,7 @@ impl Session {
 
     /// The clock if frames show different times, so that the scene must be moved before each frame; `None` if the clock
     /// is stopped (has no frames per second), or if nothing in the scene moves.
-    fn running_clock(&self) -> Option<Clock> {
+    pub fn running_clock(&self) -> Option<Clock> {
         self.clock.filter(|clock| clock.fps.is_some())
     }
 

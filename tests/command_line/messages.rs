@@ -172,6 +172,30 @@ fn limits_that_a_scene_passes_are_noticed() {
     }
 }
 
+/// A picture that is the mean of several moments of a moving scene gives a notice, because its blur is easily taken for
+/// noise or for a fault; the mean of several frames of one moment gives none.
+#[test]
+fn a_mean_of_moments_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = text(&folder.path().join("a.exr")).to_owned();
+    let still = [
+        "render",
+        "motion",
+        "-o",
+        &out,
+        "--width",
+        "8",
+        "--frames",
+        "2",
+        "--accumulate",
+    ];
+    let said = succeed(&still);
+    assert!(!said.contains("mean of"), "{said}");
+    let said = succeed(&[&still[..], &["--fps", "4", "--start-time", "0.5"]].concat());
+    let expected = "note: the picture is the mean of 2 moments of the scene, from 0.5 to 0.75 s,";
+    assert!(said.contains(expected), "{said}");
+}
+
 mod thorough {
     use super::*;
 
