@@ -18,7 +18,7 @@ use super::sizes::{SceneSizes, check_buffer};
 use super::surface_points::{SurfacePoint, surface_points};
 use super::units::Units;
 use crate::Result;
-use crate::gpu::{ComputePass, Device, Resource, SampledImage};
+use crate::gpu::{ComputePass, Device, Offers, Resource, SampledImage};
 use crate::scene::Scene;
 use crate::scene::motion::Pose;
 use crate::scene::requirements::Requirements;
@@ -60,6 +60,23 @@ pub struct GpuScene {
     /// For each traced instance (after static meshes are merged), the number of triangles of its mesh.
     /// [`GpuScene::surface_points`] reads it to visit the triangles of all instances.
     triangle_counts: Vec<u32>,
+}
+
+impl Offers for GpuScene {
+    /// The resources of the scene that shaders of its variant may bind, each with the name of its binding. A pass binds
+    /// those that its shader uses.
+    fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let mut resources = self.buffers.resources(self.variant);
+        if self.variant.textures == Textures::Images {
+            resources.push(("images", Resource::Images(&self.images)));
+        }
+        if let Some(scene) = &self.ray_query {
+            let structure = Resource::AccelerationStructure;
+            resources.push(("top_level", structure(scene.top())));
+            resources.push(("previous_top_level", structure(scene.previous_top())));
+        }
+        resources
+    }
 }
 
 impl GpuScene {
@@ -269,21 +286,6 @@ impl GpuScene {
     /// nothing moves.
     pub fn previous_root(&self) -> u32 {
         self.moving.as_ref().map_or(0, |moving| moving.room as u32)
-    }
-
-    /// The resources of the scene that shaders of its variant may bind, each with the name of its binding. A pass binds
-    /// those that its shader uses.
-    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let mut resources = self.buffers.resources(self.variant);
-        if self.variant.textures == Textures::Images {
-            resources.push(("images", Resource::Images(&self.images)));
-        }
-        if let Some(scene) = &self.ray_query {
-            let structure = Resource::AccelerationStructure;
-            resources.push(("top_level", structure(scene.top())));
-            resources.push(("previous_top_level", structure(scene.previous_top())));
-        }
-        resources
     }
 
     /// Makes the pass `name`, whose shader is the file `NAME.comp`, in the scene's variant. `constants` has pairs for

@@ -14,10 +14,7 @@ use std::time::Instant;
 /// the commands ([`Device::wait_before_drop`]).
 pub(super) struct Commands {
     pub(super) device: Arc<Device>,
-    /// Descriptor pools of the recorded commands, one per recorded pass. They are destroyed after the commands have
-    /// finished, or when this value is dropped without submission.
-    pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
-    recorder: Recorder,
+    pub(super) recorder: Recorder,
     /// Index of the frame that the submission ends, and the image that shows this frame, for capture tools
     /// (`VK_EXT_frame_boundary`). `None` if the submission ends no frame.
     frame_end: Option<(u32, vk::Image)>,
@@ -45,7 +42,6 @@ impl Commands {
             .map_err(fail)?;
         let commands = Self {
             device: device.clone(),
-            descriptor_pools: Vec::new(),
             recorder,
             frame_end: None,
             is_submitted: false,
@@ -178,8 +174,7 @@ impl Commands {
         };
         self.is_submitted = true;
         Ok(Submission {
-            recorder: self.recorder,
-            descriptor_pools: std::mem::take(&mut self.descriptor_pools),
+            recorder: std::mem::take(&mut self.recorder),
             regions: std::mem::take(&mut self.regions),
             started,
         })
@@ -189,7 +184,7 @@ impl Commands {
 impl Drop for Commands {
     fn drop(&mut self) {
         if !self.is_submitted {
-            self.device.keep(self.recorder, &self.descriptor_pools);
+            self.device.keep(std::mem::take(&mut self.recorder));
         }
     }
 }

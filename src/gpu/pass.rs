@@ -54,9 +54,22 @@ pub trait Bindings<'a> {
     }
 }
 
+/// A group of resources that passes have in common, such as those of the scene. A pass binds those of them that its shader
+/// uses; see `[offers …]` of [`bindings!`](crate::bindings). `None` of an [`Option`] offers nothing.
+pub trait Offers {
+    /// The resources, each with the name of its binding in the shaders.
+    fn resources(&self) -> Vec<(&'static str, Resource<'_>)>;
+}
+
+impl<T: Offers> Offers for Option<T> {
+    fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        self.as_ref().map_or_else(Vec::new, T::resources)
+    }
+}
+
 /// Declares a structure whose fields are the resources for one run of a pass
 /// ([`Recording::pass`](crate::gpu::Recording::pass)). `read NAME`, `write NAME` and `uniform NAME` are buffers that the
-/// shader must use. `[offers NAME: GROUP]` is a reference to a value of the type `GROUP`, whose method `resources` returns
+/// shader must use. `[offers NAME: GROUP]` is a reference to a value of the type `GROUP`, whose trait [`Offers`] returns
 /// named resources. Each of them is bound only if the specialised shader uses a binding of its name. `[optional read NAME]`
 /// is a buffer that may be `None` if the specialised shader does not use its binding.
 #[macro_export]
@@ -78,7 +91,7 @@ macro_rules! bindings {
             }
             fn offered(&self) -> Vec<(&'static str, $crate::gpu::Resource<'a>)> {
                 let groups: &[Vec<(&'static str, $crate::gpu::Resource<'a>)>] = &[
-                    $(self.$group.resources(),)*
+                    $($crate::gpu::Offers::resources(self.$group),)*
                     $((self.$optional.into_iter())
                         .map(|buffer| (stringify!($optional), $crate::bindings!(@$optional_access buffer)))
                         .collect(),)*

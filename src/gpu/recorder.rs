@@ -12,13 +12,16 @@ pub(super) const MAX_TIMED_REGIONS: u32 = 256;
 /// destroying them. This avoids a fault of the validation layers (1.3.239), which forget a destroyed command buffer late, in
 /// a separate thread and without a lock. If a new command buffer has received the same address by then, they damage the
 /// heap.
-#[derive(Clone, Copy)]
+#[derive(Default)]
 pub(super) struct Recorder {
     pub(super) raw: vk::CommandBuffer,
     pool: vk::CommandPool,
     pub(super) fence: vk::Fence,
     /// Pool of timestamp queries, two per region for [`MAX_TIMED_REGIONS`] regions; null if the device has no timestamps.
     pub(super) queries: vk::QueryPool,
+    /// Descriptor pools of the commands. A new one is made when the last one is full; later recordings use the last one,
+    /// which is the largest.
+    pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
 }
 
 impl Recorder {
@@ -29,12 +32,7 @@ impl Recorder {
         queue_family: u32,
         timestamps: bool,
     ) -> Result<Self, vk::Result> {
-        let mut recorder = Self {
-            raw: vk::CommandBuffer::null(),
-            pool: vk::CommandPool::null(),
-            fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
-        };
+        let mut recorder = Self::default();
         let made = recorder.make(raw, queue_family, timestamps);
         if made.is_err() {
             // SAFETY: nothing has been submitted.
@@ -70,13 +68,16 @@ impl Recorder {
         Ok(())
     }
 
-    /// Resets the command buffer, the fence and the queries, and begins to record new commands. The commands that were
+    /// Resets the command buffer, the fence, the queries and the descriptor pools, and begins to record new commands. The commands that were
     /// submitted with this recorder before must have finished.
     pub(super) fn begin(&self, raw: &ash::Device) -> Result<(), vk::Result> {
         // SAFETY: an idle recorder's commands are not running.
         unsafe {
             raw.reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())?;
             raw.reset_fences(&[self.fence])?;
+            for pool in &self.descriptor_pools {
+                raw.reset_descriptor_pool(*pool, vk::DescriptorPoolResetFlags::empty())?;
+            }
             let info = vk::CommandBufferBeginInfo::default()
                 .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             raw.begin_command_buffer(self.raw, &info)?;
@@ -94,6 +95,9 @@ impl Recorder {
     pub(super) unsafe fn destroy(&self, raw: &ash::Device) {
         // SAFETY: as the caller promises.
         unsafe {
+            for pool in &self.descriptor_pools {
+                raw.destroy_descriptor_pool(*pool, None);
+            }
             raw.destroy_query_pool(self.queries, None);
             raw.destroy_fence(self.fence, None);
             raw.destroy_command_pool(self.pool, None);
@@ -145,12 +149,10 @@ impl PassTime {
 }
 
 /// Commands that were submitted and may still run, with the objects and data that are needed to wait for them, to reuse the
-/// recorder, to destroy the descriptor pools, and to compute the times of passes. The resources that the commands use must
+/// recorder, and to compute the times of passes. The resources that the commands use must
 /// stay alive until the commands have finished.
 pub(super) struct Submission {
     pub(super) recorder: Recorder,
-    /// Descriptor pools of the commands, one per recorded pass. They are destroyed when the commands have finished.
-    pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
     /// The timed regions (usually passes) in the order of recording. Each has its name and a flag, which is true if the
     /// region is the first run of a pass. [`Self::times`] copies both to the times that it returns.
     pub(super) regions: Vec<(String, bool)>,
@@ -158,16 +160,13 @@ pub(super) struct Submission {
 }
 
 impl Submission {
-    /// Destroys the submission's recorder and descriptor pools, when the device is lost or closed.
+    /// Destroys the submission's recorder, when the device is lost or closed.
     ///
     /// # Safety
     /// The commands of the submission must have finished, or the device must be lost.
     pub(super) unsafe fn destroy(self, raw: &ash::Device) {
         // SAFETY: as the caller promises.
         unsafe {
-            for pool in self.descriptor_pools {
-                raw.destroy_descriptor_pool(pool, None);
-            }
             self.recorder.destroy(raw);
         }
     }

@@ -4,7 +4,6 @@ use super::buffer::Buffer;
 use super::commands::Commands;
 use super::device::Device;
 use super::pass::{Bindings, ComputePass, Resource};
-use super::program::Program;
 use super::recorder::PassTime;
 use super::records::Output;
 use crate::base::short_hash::short;
@@ -206,115 +205,6 @@ fn hash_outputs(device: &Device, pass: &ComputePass, resources: &[Resource<'_>])
         });
     }
     Ok(())
-}
-
-impl Commands {
-    /// Makes a descriptor set that binds `resources`, one for each of the program's bindings, in their order. The descriptor
-    /// pool of the set is destroyed together with the commands. `name` is the name of the pass, for error messages.
-    fn descriptor_set(
-        &mut self,
-        name: &str,
-        program: &Program,
-        resources: &[Resource<'_>],
-    ) -> Result<vk::DescriptorSet> {
-        let device = &self.device;
-        let fail = |e| device.failure(&format!("bind pass {name}"), e);
-        let size = |ty| vk::DescriptorPoolSize {
-            ty,
-            descriptor_count: resources.len().max(1) as u32,
-        };
-        let mut sizes = vec![
-            size(vk::DescriptorType::STORAGE_BUFFER),
-            size(vk::DescriptorType::UNIFORM_BUFFER),
-            size(vk::DescriptorType::UNIFORM_TEXEL_BUFFER),
-        ];
-        if device.features.ray_query {
-            sizes.push(size(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR));
-        }
-        let image_count = (resources.iter()).map(|resource| match resource {
-            Resource::Images(images) => images.len() as u32,
-            _ => 0,
-        });
-        let image_count = image_count.sum();
-        if image_count > 0 {
-            sizes.push(vk::DescriptorPoolSize {
-                ty: vk::DescriptorType::SAMPLED_IMAGE,
-                descriptor_count: image_count,
-            });
-        }
-        let raw = &device.raw;
-        let info = vk::DescriptorPoolCreateInfo::default()
-            .max_sets(1)
-            .pool_sizes(&sizes);
-        // SAFETY: create-infos live through their calls; the pool is destroyed by Drop.
-        let set = unsafe {
-            let pool = raw.create_descriptor_pool(&info, None).map_err(fail)?;
-            self.descriptor_pools.push(pool);
-            let layouts = [program.set];
-            let info = vk::DescriptorSetAllocateInfo::default()
-                .descriptor_pool(pool)
-                .set_layouts(&layouts);
-            raw.allocate_descriptor_sets(&info).map_err(fail)?[0]
-        };
-        let whole = |buffer: &Buffer| {
-            [vk::DescriptorBufferInfo {
-                buffer: buffer.raw,
-                offset: 0,
-                range: vk::WHOLE_SIZE,
-            }]
-        };
-        for (binding, resource) in program.bindings.iter().zip(resources) {
-            let write = vk::WriteDescriptorSet::default()
-                .dst_set(set)
-                .dst_binding(binding.number);
-            let update = |write| {
-                // SAFETY: set, buffers and structures are alive; kinds were checked by `resolve`.
-                unsafe { raw.update_descriptor_sets(&[write], &[]) }
-            };
-            match resource {
-                Resource::AccelerationStructure(structure) => {
-                    let handles = [structure.raw];
-                    let mut chain = vk::WriteDescriptorSetAccelerationStructureKHR::default()
-                        .acceleration_structures(&handles);
-                    let mut write = write
-                        .descriptor_type(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR)
-                        .push_next(&mut chain);
-                    write.descriptor_count = 1;
-                    update(write);
-                }
-                Resource::Images(images) => {
-                    let views: Vec<_> = (images.iter())
-                        .map(|image| {
-                            vk::DescriptorImageInfo::default()
-                                .image_view(image.view)
-                                .image_layout(vk::ImageLayout::GENERAL)
-                        })
-                        .collect();
-                    update(
-                        write
-                            .descriptor_type(vk::DescriptorType::SAMPLED_IMAGE)
-                            .image_info(&views),
-                    );
-                }
-                Resource::Uniform(buffer) => update(
-                    write
-                        .descriptor_type(vk::DescriptorType::UNIFORM_BUFFER)
-                        .buffer_info(&whole(buffer)),
-                ),
-                Resource::Texels(buffer) => update(
-                    write
-                        .descriptor_type(vk::DescriptorType::UNIFORM_TEXEL_BUFFER)
-                        .texel_buffer_view(&[buffer.view]),
-                ),
-                Resource::Read(buffer) | Resource::Write(buffer) => update(
-                    write
-                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                        .buffer_info(&whole(buffer)),
-                ),
-            }
-        }
-        Ok(set)
-    }
 }
 
 #[cfg(test)]

@@ -52,7 +52,7 @@ impl Device {
         let period = f64::from(self.info.timestamp_period);
         let times = waited.and_then(|()| submission.times(&self.raw, period));
         match waited {
-            Ok(()) => self.keep(submission.recorder, &submission.descriptor_pools),
+            Ok(()) => self.keep(submission.recorder),
             // SAFETY: the device is lost.
             Err(_) => unsafe { submission.destroy(&self.raw) },
         }
@@ -61,16 +61,12 @@ impl Device {
     }
 
     /// Stores a recorder (command buffer with fence and timestamps), so that
-    /// [`Commands::new`](super::commands::Commands::new) can use it again. Destroys `pools`, the descriptor pools of the
-    /// commands that were submitted with it last. These commands must have finished.
-    pub(super) fn keep(&self, recorder: Recorder, pools: &[vk::DescriptorPool]) {
-        for pool in pools {
-            // SAFETY: the commands do not run.
-            unsafe { self.raw.destroy_descriptor_pool(*pool, None) };
-        }
+    /// [`Commands::new`](super::commands::Commands::new) can use it again. The commands that were submitted with it last must
+    /// have finished.
+    pub(super) fn keep(&self, recorder: Recorder) {
         match self.idle.lock() {
             Ok(mut idle) => idle.push(recorder),
-            // SAFETY: as above, and it is not used again.
+            // SAFETY: the commands do not run, and it is not used again.
             Err(_) => unsafe { recorder.destroy(&self.raw) },
         }
     }

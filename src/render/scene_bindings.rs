@@ -4,7 +4,7 @@
 use super::energy;
 use crate::Result;
 use crate::device_scene::GpuScene;
-use crate::gpu::{Buffer, ComputePass, Device, Resource, Usage};
+use crate::gpu::{Buffer, ComputePass, Device, Offers, Resource, Usage};
 use crate::shader_interface::{Specialisation, Variant};
 use std::sync::Arc;
 
@@ -37,6 +37,16 @@ pub struct SceneBindings {
     specular_albedo: Buffer,
     light_bvh: Box<dyn SceneResource>,
     device: Arc<Device>,
+}
+
+impl Offers for SceneBindings {
+    /// All resources that a pass may bind besides its own buffers, each with the name of its binding in the shaders.
+    fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let mut resources = self.scene.resources();
+        resources.push(("specular_albedo", Resource::Read(&self.specular_albedo)));
+        resources.push(self.light_bvh.resource(self.scene.variant));
+        resources
+    }
 }
 
 impl SceneBindings {
@@ -74,14 +84,6 @@ impl SceneBindings {
     pub fn pass(&self, name: &str, specialisation: &Specialisation) -> Result<ComputePass> {
         let constants = specialisation.words();
         self.scene.pass(&self.device, name, &constants)
-    }
-
-    /// All resources that a pass may bind besides its own buffers, each with the name of its binding in the shaders.
-    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let mut resources = self.scene.resources();
-        resources.push(("specular_albedo", Resource::Read(&self.specular_albedo)));
-        resources.push(self.light_bvh.resource(self.scene.variant));
-        resources
     }
 
     /// Moves the scene to its pose (the positions of all objects and lights) at the time `now`. Passes that reuse samples of

@@ -19,7 +19,7 @@ use headwater::device_scene::environment::EnvironmentTexels;
 use headwater::device_scene::light_bvh::LightBvhContents;
 use headwater::device_scene::lights::Lights;
 use headwater::device_scene::shaders::sources;
-use headwater::gpu::{Buffer, ComputePass, Recording, Resource, SampledImage, Usage};
+use headwater::gpu::{Buffer, ComputePass, Offers, Recording, Resource, SampledImage, Usage};
 use headwater::render::energy::albedo_table;
 use headwater::scene::Image;
 use headwater::shader_interface::{
@@ -59,7 +59,7 @@ pub struct Tables {
     restir: Buffer,
 }
 
-impl Tables {
+impl Offers for Tables {
     fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         vec![
             ("specular_albedo", Resource::Read(&self.specular_albedo)),

@@ -122,7 +122,8 @@ bool has_world_reservoirs(Path path) {
 // must be traced.
 bool sample_light_at(Path path, ShadingPoint vertex, LightSampleContext context, uint slot, inout Random random, out Candidate found, out Ray ray) {
     bool rare = RARE_LIGHTS && random_choice(random) <= restir.at.reuse.rare_lights;
-    bool in_world = !rare && has_world_reservoirs(path);
+    // In this order: a constant comes first, so that without world reservoirs no code of theirs is left, nor a binding.
+    bool in_world = has_world_reservoirs(path) && !rare;
     // BSDF rays share the light with the samples; but not in a weight that other vertices take over.
     uint bsdf_samples = in_world ? 0u : 1u;
     float light_samples = rare ? restir.at.reuse.rare_lights : in_world ? float(restir.at.reuse.light_samples) : vertex_samples();

@@ -9,7 +9,7 @@ pub mod light_bvh;
 use super::frame_inputs::FrameInputs;
 use crate::Result;
 use crate::device_scene::GpuScene;
-use crate::gpu::{Buffer, ComputePass, Device, Recording, Resource};
+use crate::gpu::{Buffer, ComputePass, Device, Offers, Recording, Resource};
 use crate::shader_interface::{HashGrid, RestirConstants, ViewConstants};
 use hash_grid::HashGridLight;
 use hash_grid::settings::HashGridSettings;
@@ -98,6 +98,17 @@ const KINDS: [Kind; 2] = [LightLists::KIND, HashGridLight::KIND];
 /// direct light from their buffers. The list is empty if the settings use neither.
 pub struct LightSamplers(Vec<Box<dyn LightSampler>>);
 
+impl Offers for LightSamplers {
+    /// The buffers of all samplers, each with the name of its binding in the shaders. Passes of direct light can bind them
+    /// for reading.
+    fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let buffers = self.iter().flat_map(LightSampler::buffers);
+        buffers
+            .map(|(name, buffer)| (name, Resource::Read(buffer)))
+            .collect()
+    }
+}
+
 impl LightSamplers {
     /// Makes the samplers that the settings use, with their passes and buffers.
     ///
@@ -125,14 +136,5 @@ impl LightSamplers {
     /// The samplers that the settings use, in the order in which their passes run; empty if the settings use none.
     pub fn iter(&self) -> impl Iterator<Item = &dyn LightSampler> {
         self.0.iter().map(|sampler| &**sampler)
-    }
-
-    /// The buffers of all samplers, each with the name of its binding in the shaders. Passes of direct light can bind them
-    /// for reading.
-    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let buffers = self.iter().flat_map(LightSampler::buffers);
-        buffers
-            .map(|(name, buffer)| (name, Resource::Read(buffer)))
-            .collect()
     }
 }

@@ -11,7 +11,7 @@ mod vertices;
 
 pub use vertices::WorldVertices;
 
-use crate::gpu::{Buffer, ComputePass, Device, Usage};
+use crate::gpu::{Buffer, ComputePass, Device, Offers, Resource, Usage};
 use crate::render::history::History;
 use crate::shader_interface::{
     GpuGridPoint, GpuWorldSample, WORLD_VERTEX_BITS, WorldAddresses, WorldConstants,
@@ -84,10 +84,10 @@ impl WorldSize {
     }
 
     /// The names and the sizes in bytes of the two buffers of one copy of the reservoirs: the points of the vertices, then
-    /// their light samples. A renderer has two such copies, one for the current frame and one for the previous frame. If
-    /// there are no world reservoirs, it has one copy with space for one vertex, because passes must have a buffer to bind.
+    /// their light samples. A renderer has two such copies, one for the current frame and one for the previous frame. Without
+    /// world reservoirs, the sizes are 0.
     pub fn vertex_bytes(&self) -> [(&'static str, u64); 2] {
-        let vertices = self.table.vertices.max(1);
+        let vertices = self.table.vertices;
         [
             ("world_points", size_of::<GpuGridPoint>()),
             ("world_samples", size_of::<GpuWorldSample>()),
@@ -103,9 +103,9 @@ impl WorldSize {
 }
 
 impl WorldLight {
-    /// Makes the buffers of the reservoirs, and the table that finds them. If `by_address` is true, shaders reach the
-    /// reservoirs by buffer address, so that the device's limit on bound bytes does not matter; otherwise by bindings.
-    /// `pass` makes the compute pass with a given name.
+    /// Makes the buffers of the reservoirs, and the table that finds them; `None` if no path vertices have reservoirs. If
+    /// `by_address` is true, shaders reach the reservoirs by buffer address, so that the device's limit on bound bytes does
+    /// not matter; otherwise by bindings. `pass` makes the compute pass with a given name.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.
@@ -115,10 +115,13 @@ impl WorldLight {
         size: WorldSize,
         by_address: bool,
         pass: impl Fn(&str) -> Result<ComputePass>,
-    ) -> Result<Self> {
+    ) -> Result<Option<Self>> {
+        if size.table.vertices == 0 {
+            return Ok(None);
+        }
         let table = WorldTable::new(device, size.table, pass)?;
         let buffers = size.vertex_bytes();
-        let vertices = (0..if table.is_used() { 2 } else { 1 }).map(|_| {
+        let vertices = (0..2).map(|_| {
             let [points, samples] =
                 buffers.map(|(name, bytes)| Buffer::new(device, name, bytes, Usage::default()));
             let (points, samples) = (points?, samples?);
@@ -159,11 +162,11 @@ impl WorldLight {
             ..WorldConstants::default()
         };
         size.table.write(&mut constants);
-        Ok(Self {
+        Ok(Some(Self {
             vertices: History::new(vertices.collect::<Result<_>>()?),
             table,
             constants,
-        })
+        }))
     }
 
     /// Exchanges the two copies of the reservoirs at the start of a frame: the reservoirs of the last frame become the
@@ -182,5 +185,22 @@ impl WorldLight {
         vertices
             .flat_map(|frame| [&frame.points, &frame.samples])
             .chain(self.table.buffers())
+    }
+}
+
+impl Offers for WorldLight {
+    /// The reservoirs of the previous frame and the lists that find them, for reading, and the reservoirs and the keys of this
+    /// frame, for writing. Shaders that reach the reservoirs by address bind only the lists and the keys.
+    fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let (previous, current) = (self.vertices.last(), self.vertices.current());
+        vec![
+            ("previous_world_points", Resource::Read(&previous.points)),
+            ("previous_world_samples", Resource::Read(&previous.samples)),
+            ("world_points", Resource::Write(&current.points)),
+            ("world_samples", Resource::Write(&current.samples)),
+            ("world_cells", Resource::Read(&self.table.cells)),
+            ("world_list", Resource::Read(&self.table.list)),
+            ("world_keys", Resource::Write(&self.table.keys)),
+        ]
     }
 }

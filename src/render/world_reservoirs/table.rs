@@ -53,8 +53,8 @@ const BUCKET_SLOTS: u64 = 8;
 /// bucket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableSize {
-    /// The number of path vertices per frame that have a world reservoir, summed over all pixels. If it is 0, no pass uses
-    /// the table.
+    /// The number of path vertices per frame that have a world reservoir, summed over all pixels. If it is 0, there is no
+    /// table.
     pub vertices: u64,
     /// The number of buckets, a power of two. The key of a cell decides its bucket, so that a look-up of the cell reads only
     /// this bucket.
@@ -85,17 +85,15 @@ impl TableSize {
     }
 
     /// The names and the sizes in bytes of the buffers of the table: the keys of the vertices, the cells of space, and the
-    /// lists of vertices. They have a minimal size, not 0, if no vertices have reservoirs.
+    /// lists of vertices.
     pub fn bytes(&self) -> [(&'static str, u64); 3] {
-        // A pass must find a buffer for each binding, even if it does not read it.
-        let vertices = self.vertices.max(1);
         [
-            ("world_keys", 4 * vertices),
+            ("world_keys", 4 * self.vertices),
             (
                 "world_cells",
                 4 * (self.slots() + PrefixSum::length(self.slots() + 1)),
             ),
-            ("world_list", 4 * vertices),
+            ("world_list", 4 * self.vertices),
         ]
     }
 
@@ -109,10 +107,12 @@ impl TableSize {
 }
 
 /// The table of world reservoirs (the reservoirs of path vertices) on the device: its buffers, and the passes that fill them
-/// in each frame. With it, path vertices of the next frame find the reservoirs in their cell of space. If no path vertices
-/// have reservoirs, there are no passes, and the buffers are minimal.
+/// in each frame. With it, path vertices of the next frame find the reservoirs in their cell of space.
 pub struct WorldTable {
-    passes: Option<Passes>,
+    insert: ComputePass,
+    count: ComputePass,
+    sum: PrefixSum,
+    scatter: ComputePass,
     groups: [u32; 3],
     /// One 32-bit word per vertex, from which the lists are made. The pass that traces the paths writes the key of the
     /// vertex's cell; the word stays 0 if no path reaches the vertex. Later, `world_count` replaces the key by the slot of
@@ -129,16 +129,9 @@ pub struct WorldTable {
     pub list: Buffer,
 }
 
-struct Passes {
-    insert: ComputePass,
-    count: ComputePass,
-    sum: PrefixSum,
-    scatter: ComputePass,
-}
-
 impl WorldTable {
-    /// Makes the buffers of the table. If there are vertices, it also makes the passes that fill the buffers. `pass` makes
-    /// the compute pass with a given name.
+    /// Makes the buffers of the table, and the passes that fill them. `size` has at least one vertex. `pass` makes the
+    /// compute pass with a given name.
     ///
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or `pass` fails.
@@ -149,26 +142,16 @@ impl WorldTable {
     ) -> Result<Self> {
         let [keys, cells, list] =
             (size.bytes()).map(|(name, bytes)| Buffer::new(device, name, bytes, Usage::default()));
-        let passes = (size.vertices > 0).then(|| {
-            Ok::<_, crate::Error>(Passes {
-                insert: pass("world_insert")?,
-                count: pass("world_count")?,
-                sum: PrefixSum::new(size.slots(), size.slots() + 1, &pass)?,
-                scatter: pass("world_scatter")?,
-            })
-        });
         Ok(Self {
-            passes: passes.transpose()?,
+            insert: pass("world_insert")?,
+            count: pass("world_count")?,
+            sum: PrefixSum::new(size.slots(), size.slots() + 1, &pass)?,
+            scatter: pass("world_scatter")?,
             groups: in_rows((size.vertices as u32).div_ceil(TILE * TILE)),
             keys: keys?,
             cells: cells?,
             list: list?,
         })
-    }
-
-    /// True if there are world reservoirs. Only then do passes make and read the table.
-    pub fn is_used(&self) -> bool {
-        self.passes.is_some()
     }
 
     /// The buffers of the table, so that a restart can clear them: the keys of the vertices, the cells of space, and the
@@ -178,16 +161,13 @@ impl WorldTable {
     }
 
     /// Records the command that sets the keys of all vertices to 0, so that vertices which no path reaches belong to no
-    /// cell. It must be recorded before the pass that traces paths and writes the keys of their vertices. Without world
-    /// reservoirs, nothing is recorded.
+    /// cell. It must be recorded before the pass that traces paths and writes the keys of their vertices.
     pub fn begin<'a>(&'a self, recording: &mut Recording<'a>) {
-        if self.is_used() {
-            recording.clear(&self.keys);
-        }
+        recording.clear(&self.keys);
     }
 
     /// Records the passes that make the list of vertices of each cell, from the keys that the paths of this frame have
-    /// written. `restir` is the buffer of the frame's constants. Without world reservoirs, it records nothing.
+    /// written. `restir` is the buffer of the frame's constants.
     ///
     /// # Errors
     /// The driver rejects a shader, or the names of the bindings differ from those in the shader.
@@ -197,9 +177,6 @@ impl WorldTable {
         restir: &'a Buffer,
         counters: &'a Buffer,
     ) -> Result<()> {
-        let Some(passes) = &self.passes else {
-            return Ok(());
-        };
         let Self {
             keys: world_keys,
             cells: world_cells,
@@ -214,15 +191,15 @@ impl WorldTable {
             world_keys,
             world_cells,
         };
-        recording.pass(&passes.insert, &insert, &(), self.groups)?;
+        recording.pass(&self.insert, &insert, &(), self.groups)?;
         let count = CountVertices {
             restir,
             world_keys,
             world_cells,
             counters,
         };
-        recording.pass(&passes.count, &count, &(), self.groups)?;
-        passes.sum.record(recording, world_cells)?;
+        recording.pass(&self.count, &count, &(), self.groups)?;
+        self.sum.record(recording, world_cells)?;
         let scatter = ScatterVertices {
             restir,
             world_keys,
@@ -230,6 +207,6 @@ impl WorldTable {
             world_list,
             counters,
         };
-        recording.pass(&passes.scatter, &scatter, &(), self.groups)
+        recording.pass(&self.scatter, &scatter, &(), self.groups)
     }
 }

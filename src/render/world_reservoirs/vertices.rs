@@ -1,7 +1,6 @@
-//! The world reservoirs of a frame (the reservoirs of path vertices, which paths of the next frame reuse), and the bindings
-//! or buffer addresses by which shaders read and write them.
+//! The world reservoirs of a frame: the reservoirs of path vertices, which paths of the next frame reuse.
 
-use crate::gpu::{Buffer, Resource};
+use crate::gpu::Buffer;
 use crate::render::history::History;
 use crate::shader_interface::WorldAddresses;
 
@@ -26,17 +25,5 @@ impl History<WorldVertices> {
     /// after a restart, they are empty: a restart clears both copies.
     pub fn last(&self) -> &WorldVertices {
         self.spare()
-    }
-
-    /// The buffers of the reservoirs of both frames, each with the name of its binding, for shaders that do not use
-    /// addresses. Those of the previous frame are bound for reading, those of this frame for writing.
-    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let (previous, current) = (self.last(), self.current());
-        vec![
-            ("previous_world_points", Resource::Read(&previous.points)),
-            ("previous_world_samples", Resource::Read(&previous.samples)),
-            ("world_points", Resource::Write(&current.points)),
-            ("world_samples", Resource::Write(&current.samples)),
-        ]
     }
 }

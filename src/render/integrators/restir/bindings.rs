@@ -2,10 +2,9 @@
 //! `glsl/restir/passes/NAME.comp`, where NAME is the name of the pass; they are matched by name. Every pass also binds the
 //! scene.
 
-use crate::render::history::History;
 use crate::render::light_samplers::LightSamplers;
 use crate::render::scene_bindings::SceneBindings;
-use crate::render::world_reservoirs::WorldVertices;
+use crate::render::world_reservoirs::WorldLight;
 
 crate::bindings! {
     /// Bindings of the pass `surfaces`. It finds the primary surface of each pixel (the surface that the camera sees there),
@@ -53,12 +52,9 @@ crate::bindings! {
     /// from the buffer `reservoirs`, and replaces them there with reservoirs.
     pub struct InitialIndirect {
         [offers scene: SceneBindings]
-        [offers vertices: History<WorldVertices>]
+        [offers world: Option<WorldLight>]
         uniform restir,
         read sample_data,
-        read world_cells,
-        read world_list,
-        write world_keys,
         write reservoirs,
         write color,
         write counters,

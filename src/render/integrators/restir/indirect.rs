@@ -17,9 +17,9 @@ pub struct IndirectLight {
     /// of the candidates in the pixel's reservoir.
     pub initial: ComputePass,
     /// The world reservoirs, which are the reservoirs of path vertices and are found by their position in the scene. The
-    /// path vertices of the next frame reuse the light samples in them. They are used only with
+    /// path vertices of the next frame reuse the light samples in them. `None` unless the setting is
     /// `indirect.secondary=world-reservoirs`.
-    pub world: WorldLight,
+    pub world: Option<WorldLight>,
     /// The reservoirs of indirect light, and the passes for their temporal reuse, their spatial reuse and the shading.
     pub reuse: Reuse,
 }
@@ -37,24 +37,23 @@ impl IndirectLight {
         inputs: &FrameInputs<'a>,
         _pilots: Pilots<'a>,
     ) -> Result<()> {
-        let world = &self.world;
-        world.table.begin(recording);
+        let table = self.world.as_ref().map(|world| &world.table);
+        if let Some(table) = table {
+            table.begin(recording);
+        }
         let initial = InitialIndirect {
             scene: inputs.scene,
-            vertices: &world.vertices,
+            world: &self.world,
             restir: &self.reuse.restir,
             sample_data: inputs.sample_data,
-            world_cells: &world.table.cells,
-            world_list: &world.table.list,
-            world_keys: &world.table.keys,
             reservoirs: self.reuse.reservoirs.current(),
             color: inputs.color,
             counters: inputs.counters,
         };
         recording.pass(&self.initial, &initial, &(), inputs.groups)?;
-        world
-            .table
-            .record(recording, &self.reuse.restir, inputs.counters)?;
+        if let Some(table) = table {
+            table.record(recording, &self.reuse.restir, inputs.counters)?;
+        }
         self.reuse.record(recording, inputs)
     }
 }

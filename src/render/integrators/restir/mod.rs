@@ -206,8 +206,8 @@ impl Restir {
             texels: bindings.scene.variant.fetch == Fetch::Texels,
             ..Usage::default()
         };
-        let world =
-            (indirect.as_ref()).map_or_else(WorldConstants::default, |light| light.world.constants);
+        let world = (indirect.as_ref()).and_then(|light| light.world.as_ref());
+        let world = world.map_or_else(WorldConstants::default, |world| world.constants);
         let restir_bytes = size_of::<RestirConstants>() as u64;
         let mut made = Self {
             surfaces,
@@ -258,12 +258,17 @@ impl Restir {
         direct.chain(self.indirect.iter().map(|light| &light.reuse))
     }
 
+    /// The world reservoirs (those of path vertices); `None` if the settings use none.
+    fn world(&self) -> Option<&WorldLight> {
+        self.indirect.as_ref()?.world.as_ref()
+    }
+
     /// All buffers with data of pixels or path vertices, which a restart clears so that no frame reads data of an earlier
     /// run. The buffers of light samplers are not among them.
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
         let shared = std::iter::once(&self.color).chain(&self.separate_pilots);
-        let world = (self.indirect.iter()).flat_map(|light| light.world.buffers());
+        let world = self.world().into_iter().flat_map(WorldLight::buffers);
         self.sample_data
             .all()
             .iter()
@@ -310,8 +315,12 @@ impl Restir {
         // The pixel and the depth then give the position of a surface.
         constants.jitter = constants::jitter(constants.view.seed, index);
         self.sample_data.advance();
-        if let Some(light) = &self.indirect {
-            light.world.begin_frame(&mut constants.world);
+        if let Some(world) = self
+            .indirect
+            .as_ref()
+            .and_then(|light| light.world.as_ref())
+        {
+            world.begin_frame(&mut constants.world);
         }
         let constants = *constants;
         let direct = self.direct.iter_mut().map(|light| &mut light.reuse);
@@ -349,8 +358,7 @@ impl Restir {
 
 impl Integrator for Restir {
     fn has_history(&self) -> bool {
-        let world = self.indirect.as_ref().map(|light| &light.world);
-        self.sample_data.all().len() > 1 || world.is_some_and(|world| world.table.is_used())
+        self.sample_data.all().len() > 1 || self.world().is_some()
     }
 
     fn samples_per_call(&self) -> u32 {
