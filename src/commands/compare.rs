@@ -4,7 +4,7 @@ use super::arguments::check_files;
 use super::{notice, print};
 use crate::base::json::value_of;
 use crate::image::{Format, Image, png};
-use crate::metrics::error::Errors;
+use crate::metrics::error::{Errors, NoiseFloor};
 use crate::metrics::flip::{PIXELS_PER_DEGREE, flip};
 use crate::{Error, Result};
 use serde_json::json;
@@ -85,13 +85,21 @@ pub fn run(args: &Args) -> Result<()> {
             Format::Exr => write_difference(path, size, &picture, &reference)?,
         }
     }
-    let rows = [
+    let mut rows = vec![
         ("rmse", errors.rmse),
         ("rmse_clamped", errors.rmse_clamped),
         ("relmse", errors.relmse),
         ("flip", perceived.mean),
         ("mean_ratio", errors.mean_ratio),
     ];
+    if let Some(floor) = noise_floor(&reference_image, &reference) {
+        rows.extend([
+            ("rmse_floor", floor.rmse),
+            ("relmse_floor", floor.relmse),
+            ("rmse_without_floor", floor.rmse_without(errors.rmse)),
+            ("relmse_without_floor", floor.relmse_without(errors.relmse)),
+        ]);
+    }
     if args.json {
         let mut object: serde_json::Map<_, _> = rows
             .iter()
@@ -108,10 +116,16 @@ pub fn run(args: &Args) -> Result<()> {
         );
         print(format_args!("{:#}", serde_json::Value::Object(object)))?;
     } else {
-        print(
-            rows.map(|(name, value)| format!("{name:13} {}", figures(value)))
-                .join("\n"),
-        )?;
+        let width = rows
+            .iter()
+            .map(|(name, _)| name.len())
+            .max()
+            .unwrap_or(0)
+            .max(13);
+        let lines = rows
+            .iter()
+            .map(|(name, value)| format!("{name:width$} {}", figures(*value)));
+        print(lines.collect::<Vec<_>>().join("\n"))?;
     }
     let mut broken: Vec<String> = [
         ("rmse", errors.rmse, args.max_rmse),
@@ -143,6 +157,18 @@ pub fn run(args: &Args) -> Result<()> {
     } else {
         Err(Error::failed(broken.join("; ")))
     }
+}
+
+/// The part of the errors that the noise of the reference causes, if the reference has the standard error of each value, as
+/// `headwater reference` writes it; otherwise `None`.
+fn noise_floor(image: &Image, reference: &[[f32; 3]]) -> Option<NoiseFloor> {
+    let [r, g, b] = ["stderr.R", "stderr.G", "stderr.B"].map(|name| image.floats(name));
+    let errors: Vec<[f32; 3]> = (r?.iter().zip(g?).zip(b?))
+        .map(|((r, g), b)| [*r, *g, *b])
+        .collect();
+    let is_usable = errors.len() == reference.len()
+        && errors.iter().flatten().all(|e| e.is_finite() && *e >= 0.0);
+    is_usable.then(|| NoiseFloor::of(reference, &errors))
 }
 
 /// Prints a note if one file is PNG and the other EXR, so that the user does not take their difference for an error of
@@ -318,6 +344,18 @@ mod tests {
         let error = compare([0.5, 0.0], &["--max-mean-deviation=1e300"]).unwrap_err();
         assert!(error.to_string().contains("inf"), "{error}");
         compare([0.0, 0.0], &["--max-mean-deviation=0"]).unwrap();
+    }
+
+    #[test]
+    fn a_reference_with_standard_errors_has_a_noise_floor() {
+        let mut image = Image::new(2, 2);
+        image.set_vectors("", ["R", "G", "B"], &[[0.5; 3]; 4]);
+        assert!(noise_floor(&image, &[[0.5; 3]; 4]).is_none());
+        image.set_vectors("stderr.", ["R", "G", "B"], &[[0.1; 3]; 4]);
+        let floor = noise_floor(&image, &[[0.5; 3]; 4]).unwrap();
+        assert!((floor.rmse - 0.1).abs() < 1e-6, "{floor:?}");
+        image.set_vectors("stderr.", ["R", "G", "B"], &[[f32::NAN; 3]; 4]);
+        assert!(noise_floor(&image, &[[0.5; 3]; 4]).is_none());
     }
 
     #[test]

@@ -13,6 +13,10 @@ const LINE_EVERY: Duration = Duration::from_secs(5);
 /// be too uncertain.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 
+/// The time after which the time left is estimated from the fraction of the work that is done. Before, loading and the
+/// compilation of shaders, which happen once, are most of what was measured.
+const ESTIMATE_FRACTIONS_AFTER: Duration = Duration::from_secs(5);
+
 /// If the estimated time left is longer than this, a notice is printed once, because an argument may have been mistyped.
 const LONG: Duration = Duration::from_secs(3600);
 
@@ -33,6 +37,9 @@ pub struct Progress {
     /// the compilation of shaders.
     first: Cell<Option<(Instant, f64)>>,
     announced: Cell<bool>,
+    /// The largest fraction of the work that was reported. The work may turn out to be more than was known; then the fraction
+    /// that is shown stays, until it is reached again.
+    shown: Cell<f64>,
 }
 
 /// The unit in which the progress of one piece of work is reported. It decides what the bar and the lines show, and
@@ -92,6 +99,7 @@ impl Progress {
             last_line: Cell::new(Instant::now()),
             first: Cell::new(None),
             announced: Cell::new(false),
+            shown: Cell::new(0.0),
         }
     }
 
@@ -102,13 +110,18 @@ impl Progress {
             Steps::Counted(total, _) => total.map(|total| total as f64),
             Steps::Fractions(_) => Some(1.0),
         };
+        let left = total.and_then(|total| match self.steps {
+            Steps::Counted(..) => self.left(done, total),
+            Steps::Fractions(_) => self.left_of_whole(done),
+        });
+        self.shown.set(done.max(self.shown.get()));
+        let done = self.shown.get();
         match total {
             Some(total) => self
                 .bar
                 .set_position((done / total * TICKS as f64).min(TICKS as f64) as u64),
             None => self.bar.tick(),
         }
-        let left = total.and_then(|total| self.left(done, total));
         self.announce(left);
         let line_is_due = !self.terminal && self.last_line.get().elapsed() >= LINE_EVERY;
         if !self.terminal && !line_is_due {
@@ -151,6 +164,16 @@ impl Progress {
         }
         let seconds = passed.as_secs_f64() * (total - done).max(0.0) / (done - before);
         Duration::try_from_secs_f64(seconds).ok()
+    }
+
+    /// The estimated time left of work of which the fraction `done`, in [0, 1], is done, where a fraction is one of the whole
+    /// time. `None` in the first seconds.
+    fn left_of_whole(&self, done: f64) -> Option<Duration> {
+        let passed = self.started.elapsed();
+        if passed < ESTIMATE_FRACTIONS_AFTER || done <= 0.0 {
+            return None;
+        }
+        Duration::try_from_secs_f64(passed.as_secs_f64() * (1.0 - done) / done).ok()
     }
 
     /// Prints a notice if the estimated time `left` is longer than [`LONG`], so that the user can end work that was

@@ -1,48 +1,78 @@
 //! `study`: renders configurations (settings with a name) on scenes, with several seeds and frames, and compares the
 //! frames with references, to measure their errors and to find out whether a configuration is biased.
 
+mod list;
+mod merge;
+
 use super::arguments::{check_files, parse_look_at, size_for};
 use super::choices::{LoadArgs, TracerArg};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_vulkan, print};
-use crate::base::files::write_atomically;
 use crate::device_scene::SceneSizes;
-use crate::device_scene::selection::{self, Request};
-use crate::gpu::Device;
+use crate::device_scene::selection::{self, Request as DeviceRequest};
+use crate::gpu::{Device, DeviceInfo, Instance};
 use crate::render::View;
-use crate::render::settings::EnvironmentSettings;
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Environment, MovingCamera, Scene};
 use crate::scene_files::check_name;
-use crate::study::axes;
 use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
-use crate::study::plan::{Expect, Plan, Resolved};
+use crate::study::ledger::Ledger;
+use crate::study::library::Library;
+use crate::study::manifest::{Manifest, Request};
+use crate::study::outputs::{Outputs, Results};
+use crate::study::plan::{Plan, Resolved};
 use crate::study::planned_scene::PlannedScene;
-use crate::study::results::{Row, judge};
+use crate::study::results::Row;
 use crate::study::results_text;
+use crate::study::shard::Shard;
 use crate::study::store::Store;
 use crate::study::subject::Subject;
-use crate::study::work::{self, Work};
+use crate::study::work::{Site, Stage, Work};
 use crate::{Error, Result};
-use std::cell::RefCell;
-use std::collections::BTreeSet;
-use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The interval between two writes of the result files while a study is running.
+const WRITE_EVERY: Duration = Duration::from_secs(5);
+
+/// The largest part of the time that a study spends on writing its result files while it is running, as a fraction.
+const WRITING_FRACTION: f64 = 0.05;
+
+/// The largest part of the device's memory that the scenes of a study fill together, as a fraction. Scenes beyond it are
+/// loaded again at each stage.
+const MEMORY_FRACTION: f64 = 0.25;
 
 /// The command-line arguments of `headwater study`.
 #[derive(clap::Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    disable_help_subcommand = true
+)]
 pub struct Args {
+    #[command(subcommand)]
+    action: Option<Action>,
     /// The scenes to study, by name or file, instead of the scenes of the plan; without them, all scenes of the plan
     /// are studied
     scenes: Vec<String>,
     /// The folder for results, references and finished runs; a study continues with the finished runs in it
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
-    /// The plan, which lists configurations and scenes: the name of one that comes with the program, or a TOML file
-    #[arg(long, value_name = "NAME|FILE.toml", default_value = "bias-matrix")]
+    #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
+    output: Option<PathBuf>,
+    /// The plan, which lists configurations and scenes: the name of one that comes with the program (see --list), or a
+    /// TOML file
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "presets")]
     plan: String,
+    /// Print the plans that come with the program: the question of each, its numbers of scenes, configurations and runs,
+    /// and a rough time
+    #[arg(long)]
+    list: bool,
+    /// Do only the part K of N of the work, with K from 1 to N; each part needs a folder of its own, and 'headwater study
+    /// merge' joins the folders
+    #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
+    shard: Option<String>,
     /// Options that decide whether a scene may lack image files and may name files outside of its folder
     #[command(flatten)]
     load: LoadArgs,
@@ -57,6 +87,13 @@ pub struct Args {
     /// few data to prove that a configuration is unbiased
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// The arguments that choose the device, and how it traces rays.
+#[derive(Clone, Debug, clap::Args)]
+struct DeviceArgs {
     /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'; without it, the best
     /// one: discrete GPUs first, CPUs last
     #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
@@ -66,103 +103,304 @@ pub struct Args {
     tracer: TracerArg,
 }
 
+#[derive(clap::Subcommand)]
+enum Action {
+    /// Join the folders of the shards of a study to one folder with the results of the whole study
+    Merge(merge::Args),
+}
+
 /// Renders the runs that the folder of `--output` does not hold yet. A run is one configuration on one scene with one seed,
-/// over all its frames. Then judges the results of all runs, writes them to the folder, and prints them.
+/// over all its frames. Then judges the results of all runs, writes them to the folder, and prints them. With a subcommand
+/// or `--list`, does what these say.
 ///
 /// # Errors
 /// Wrong arguments or a wrong plan; a device or disk that fails; a signal; or a configuration that is biased although the
 /// plan expects it to be unbiased, whose shaders rejected values such as NaN, or that gives another picture when a seed is
 /// repeated.
 pub fn run(args: &Args) -> Result<()> {
+    if let Some(Action::Merge(merge)) = &args.action {
+        return merge::run(merge);
+    }
+    if args.list {
+        return list::run();
+    }
+    let Some(folder) = &args.output else {
+        return Err(Error::input("study needs --output DIR"));
+    };
+    let shard = args
+        .shard
+        .as_deref()
+        .map_or(Ok(Shard::WHOLE), Shard::parse)?;
+    let request = Request {
+        plan: args.plan.clone(),
+        text: Plan::read(&args.plan)?,
+        scenes: args.scenes.clone(),
+        environment: args.environment.clone(),
+        bounces: args.bounces,
+        quick: args.quick,
+    };
+    conduct(folder, request, shard, args.load, &args.device)
+}
+
+/// Conducts the part `shard` of the study that `request` describes, in the folder `folder`.
+fn conduct(
+    folder: &Path,
+    request: Request,
+    shard: Shard,
+    load: LoadArgs,
+    device: &DeviceArgs,
+) -> Result<()> {
     let interrupt = Interrupt::watch()?;
-    let mut plan = Plan::open(&args.plan)?;
-    plan.bounces = args.bounces.unwrap_or(plan.bounces);
-    let configurations = plan.resolve()?;
-    if !args.scenes.is_empty() {
-        let wanted = |name: &String| {
-            let planned = plan.scenes.iter().find(|scene| scene.name == *name);
-            planned
-                .cloned()
-                .unwrap_or_else(|| PlannedScene::named(name))
-        };
-        plan.scenes = args.scenes.iter().map(wanted).collect();
-    }
-    for planned in &mut plan.scenes {
-        planned.environment = args.environment.clone().or(planned.environment.take());
-    }
-    if let Some(one) =
-        (configurations.iter()).find(|c| c.settings.environment != EnvironmentSettings::default())
-    {
-        return Err(Error::input(format!(
-            "plan {}: configuration '{}' changes the environment, which all configurations of a scene share; give the scene another environment",
-            args.plan, one.name
-        )));
-    }
+    let (plan, configurations) = request.plan()?;
     // What may be wrong is found before hours of work on the scenes before it.
     for planned in &plan.scenes {
-        let name = &planned.name;
-        check_name(name)?;
-        planned
-            .environment
-            .as_deref()
-            .map_or(Ok(()), Environment::check_name)?;
+        check_name(&planned.name)?;
+        (planned.environment.as_deref()).map_or(Ok(()), Environment::check_name)?;
         camera_override(planned)?;
-        if !configurations.iter().any(|c| c.is_for(name)) {
-            return Err(Error::input(format!(
-                "plan {}: none of its configurations is for scene '{name}'; name one of those in their scenes, or write a plan",
-                args.plan
-            )));
-        }
-    }
-    if args.quick {
-        plan.quicken();
     }
     let instance = open_vulkan(crate::gpu::InstanceOptions::default())?;
-    let (info, _) = instance.choose(args.device.as_deref())?;
-    let folder = Folder::open(&args.output)?;
-    let files = ["results.json", "results.csv", "axes.svg"].map(|name| args.output.join(name));
-    let written = files.each_ref().map(|file| ("a result", file.as_path()));
-    let [json_file, csv_file, axes_file] = &files;
-    check_files(written, [])?;
-    let mut store = Store::open(&folder.runs())?;
-    let check = || match interrupt.pending() {
-        None => Ok(()),
-        Some(_) => interrupt.check(&kept(&folder)),
+    let (info, _) = instance.choose(device.device.as_deref())?;
+    let folder = Folder::open(folder)?;
+    let manifest = Manifest::new(request, &info.name, &info.driver, shard);
+    check_folder(&folder, &manifest)?;
+    let outputs = Outputs::new(folder.path());
+    let files = outputs.files();
+    check_files(files.iter().map(|file| ("a result", file.as_path())), [])?;
+    let mut ledger = Ledger {
+        store: Store::open(&folder.runs())?,
+        library: Library::new(folder.references()),
+        forecast: Forecast::default(),
     };
-    let progress = Progress::of_whole("the study");
-    let mut watch = |fraction: f64| {
-        progress.at(fraction);
-        check()
+    let mut study = Study {
+        plan: &plan,
+        configurations: &configurations,
+        manifest,
+        folder: &folder,
+        outputs,
+        interrupt: &interrupt,
+        progress: Progress::of_whole("the study"),
+        written: None,
     };
-    let own = |planned: &PlannedScene| -> Vec<&Resolved> {
-        (configurations.iter())
-            .filter(|c| c.is_for(&planned.name))
-            .collect()
+    let own: Vec<Vec<&Resolved>> = (plan.scenes.iter())
+        .map(|planned| {
+            let own = configurations.iter().filter(|c| c.is_for(&planned.name));
+            own.collect()
+        })
+        .collect();
+    let sites: Vec<Site<'_>> = (0..)
+        .zip(plan.scenes.iter().zip(&own))
+        .map(|(index, (planned, configurations))| Site {
+            plan: &plan,
+            index,
+            planned,
+            configurations,
+            shard,
+        })
+        .collect();
+    for site in &sites {
+        site.forecast(&mut ledger);
+    }
+    let machine = Machine {
+        folder: &folder,
+        instance: &instance,
+        info: &info,
+        load,
+        tracer: device.tracer,
     };
-    // References may load a scene before its runs do.
-    let loaded = RefCell::new(BTreeSet::new());
-    let subject = |planned: &PlannedScene| -> Result<Subject> {
+    let rendered = study.render(&mut ledger, &sites, &machine);
+    if rendered.is_err() && !folder.holds_results() {
+        // Tables without a single result would keep the folder.
+        study.remove();
+    }
+    rendered?;
+    study.progress.finish();
+    report(&study.results(&mut ledger)?, shard)?;
+    check_messages(&instance.validation_messages())
+}
+
+/// Prints the results, and fails if a row has a fault. A shard alone has no verdicts.
+fn report(results: &Results, shard: Shard) -> Result<()> {
+    let Results { rows, costs } = results;
+    print(results_text::table(rows).trim_end())?;
+    print(results_text::costs(costs, rows).trim_end())?;
+    if shard.is_whole() {
+        return verdict(rows);
+    }
+    notice(&format!(
+        "this is shard {} of {}; 'headwater study merge' joins the folders of all",
+        shard.index + 1,
+        shard.count
+    ));
+    Ok(())
+}
+
+/// Fails if the folder has a study that shares no row with the one of `manifest`, or another shard: its results would be
+/// replaced.
+fn check_folder(folder: &Folder, manifest: &Manifest) -> Result<()> {
+    let Some(old) = Manifest::read(&folder.manifest())? else {
+        return Ok(());
+    };
+    let path = folder.path().display();
+    if old.shard != manifest.shard {
+        return Err(Error::input(format!(
+            "{path} has the shard {}/{} of a study; name another folder with --output",
+            old.shard.index + 1,
+            old.shard.count
+        )));
+    }
+    let names = |manifest: &Manifest| -> Vec<(String, String)> {
+        let Ok((plan, configurations)) = manifest.request.plan() else {
+            return Vec::new();
+        };
+        let cells = plan.scenes.iter().flat_map(|scene| {
+            let own = configurations.iter().filter(|c| c.is_for(&scene.name));
+            own.map(|c| (scene.name.clone(), c.name.clone()))
+        });
+        cells.collect()
+    };
+    let (before, now) = (names(&old), names(manifest));
+    if before.is_empty() || before.iter().any(|cell| now.contains(cell)) {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "{path} has the results of another plan, {}, which would be replaced; name another folder with --output",
+        old.request.plan
+    )))
+}
+
+/// A study that is running, with what its reports need.
+struct Study<'a> {
+    plan: &'a Plan,
+    configurations: &'a [Resolved],
+    manifest: Manifest,
+    folder: &'a Folder,
+    outputs: Outputs,
+    interrupt: &'a Interrupt,
+    progress: Progress,
+    /// When the result files were last written, and how long that took.
+    written: Option<(Instant, Duration)>,
+}
+
+impl Study<'_> {
+    /// Renders all that is missing, stage by stage, and in each stage scene by scene.
+    fn render(
+        &mut self,
+        ledger: &mut Ledger,
+        sites: &[Site<'_>],
+        machine: &Machine<'_>,
+    ) -> Result<()> {
+        let most = (machine.info.device_memory as f64 * MEMORY_FRACTION) as u64;
+        let mut kept: Vec<Option<Subject>> = sites.iter().map(|_| None).collect();
+        let stages = Stage::of(self.plan);
+        // The last turn does what depends on the results of the stages.
+        for stage in stages.into_iter().map(Some).chain([None]) {
+            for (index, site) in sites.iter().enumerate() {
+                let mut subject = match kept[index].take() {
+                    Some(subject) => subject,
+                    None => {
+                        let is_first = self.manifest.identity(&site.planned.name).is_none();
+                        machine.subject(self.plan, site, self.interrupt, is_first)?
+                    }
+                };
+                if self.manifest.remember(&subject.identity) {
+                    self.manifest.write(&self.folder.manifest())?;
+                    self.results(ledger)?;
+                }
+                let mut on_step = |ledger: &mut Ledger| self.step(ledger);
+                let mut work = Work::new(*site, &mut subject, ledger, &mut on_step);
+                match stage {
+                    Some(stage) => work.stage(stage)?,
+                    None => work.finish()?,
+                }
+                let others: u64 = kept.iter().flatten().map(Subject::memory).sum();
+                if others + subject.memory() <= most {
+                    kept[index] = Some(subject);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Reports progress, writes the result files if they are old, and ends the study after a signal.
+    fn step(&mut self, ledger: &mut Ledger) -> Result<()> {
+        self.progress.at(ledger.forecast.fraction());
+        if self.interrupt.pending().is_some() {
+            self.results(ledger)?;
+            return self.interrupt.check(&kept(self.folder));
+        }
+        let is_due = self.written.is_none_or(|(at, took)| {
+            at.elapsed() > WRITE_EVERY.max(took.div_f64(WRITING_FRACTION))
+        });
+        if is_due {
+            self.results(ledger)?;
+        }
+        Ok(())
+    }
+
+    /// Computes the results from what is known, and writes their files.
+    fn results(&mut self, ledger: &mut Ledger) -> Result<Results> {
+        let began = Instant::now();
+        let work = (self.plan, self.configurations);
+        let results = self.outputs.write(work, &self.manifest, ledger)?;
+        self.written = Some((Instant::now(), began.elapsed()));
+        Ok(results)
+    }
+
+    /// Removes the result files, and the description of the study.
+    fn remove(&self) {
+        let files = self.outputs.files().into_iter();
+        for file in files.chain([self.folder.manifest()]) {
+            // What is not there need not be removed.
+            let _ = std::fs::remove_file(file);
+        }
+    }
+}
+
+/// The device on which scenes are opened, and the options with which they are loaded.
+struct Machine<'a> {
+    folder: &'a Folder,
+    instance: &'a Arc<Instance>,
+    info: &'a DeviceInfo,
+    load: LoadArgs,
+    tracer: TracerArg,
+}
+
+impl Machine<'_> {
+    /// Loads a scene and uploads it to a device. If `is_first` is true, prints notices about it.
+    fn subject(
+        &self,
+        plan: &Plan,
+        site: &Site<'_>,
+        interrupt: &Interrupt,
+        is_first: bool,
+    ) -> Result<Subject> {
+        let planned = site.planned;
         let name = &planned.name;
-        let mut scene = Scene::open_watched(name, args.load.options(), &mut |_, _, _| check())?;
+        let check = || match interrupt.pending() {
+            None => Ok(()),
+            Some(_) => interrupt.check(&kept(self.folder)),
+        };
+        let mut scene = Scene::open_watched(name, self.load.options(), &mut |_, _, _| check())?;
         scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
         let clock = plan.clock();
-        let own = own(planned);
         // As long as the scene moves: what does not shine now may do so at another time.
-        if loaded.borrow_mut().insert(name.clone()) {
+        if is_first {
             let scatters = |c: &&Resolved| c.settings.scatters_light(plan.bounces);
+            let own = site.configurations;
             let frames = own.iter().map(|c| c.frames).max().unwrap_or(1);
             let times = (0..frames).map(|frame| clock.time(frame));
             if let Some(why) = scene.why_black(own.iter().any(scatters), times) {
                 notice(&format!("{name}: {why}"));
             }
         }
-        apply_clock(&clock, &mut scene, &format!("{name}: "))?;
-        let wanted = Request {
-            tracer: args.tracer.tracer(),
-            ..Request::default()
+        let prefix = format!("{name}: ");
+        apply_clock(&clock, &mut scene, &prefix)?;
+        let wanted = DeviceRequest {
+            tracer: self.tracer.tracer(),
+            ..DeviceRequest::default()
         };
-        let selection = selection::select(&info, wanted, &SceneSizes::of(&scene))?;
-        let device = Device::open(&instance, info.clone(), selection.features())?;
+        let selection = selection::select(self.info, wanted, &SceneSizes::of(&scene))?;
+        let device = Device::open(self.instance, self.info.clone(), selection.features())?;
         let (camera, moving) = camera(planned, &scene, clock.start_time)?;
         let (width, height) = size_for(&camera, Some(plan.width), None)?;
         let view = View {
@@ -173,72 +411,8 @@ pub fn run(args: &Args) -> Result<()> {
             bounces: plan.bounces,
             jitter: false,
         };
-        let references = folder.references();
-        Subject::new(
-            name,
-            &scene,
-            view,
-            moving,
-            &device,
-            selection.variant,
-            references,
-        )
-    };
-    let mut forecast = Forecast::default();
-    for planned in &plan.scenes {
-        work::forecast_scene(&mut forecast, &plan, planned, &own(planned));
+        Subject::new(name, &scene, view, moving, &device, selection.variant)
     }
-    // References first: one that knows too little would else be found out after hours of work on the
-    // scenes before. A first look proves nothing in any case, nor does a scene without a claim.
-    for planned in plan.scenes.iter().filter(|_| !args.quick) {
-        let mut claims = own(planned);
-        claims.retain(|c| c.expect == Expect::Unbiased);
-        if !claims.is_empty() {
-            let subject = subject(planned)?;
-            Work::new(
-                &plan,
-                planned,
-                subject,
-                &mut store,
-                &mut forecast,
-                &mut watch,
-            )
-            .check_references(&claims)?;
-        }
-    }
-    let mut rows = Vec::new();
-    for planned in &plan.scenes {
-        let subject = subject(planned)?;
-        let mut work = Work::new(
-            &plan,
-            planned,
-            subject,
-            &mut store,
-            &mut forecast,
-            &mut watch,
-        );
-        rows.append(&mut work.rows(&own(planned))?);
-    }
-    progress.finish();
-    judge(&mut rows);
-    let json = results_text::json(&rows, &info.name, &info.driver)?;
-    write_atomically(json_file, |file| writeln!(file, "{json:#}"))?;
-    write_atomically(csv_file, |file| {
-        write!(file, "{}", results_text::csv(&rows))
-    })?;
-    match axes::svg(&rows)? {
-        Some(figure) => write_atomically(axes_file, |file| write!(file, "{figure}"))?,
-        // The figure of an earlier plan would stand beside other results.
-        None => match std::fs::remove_file(axes_file) {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                return Err(Error::writing(axes_file, error));
-            }
-            _ => {}
-        },
-    }
-    print(results_text::table(&rows).trim_end())?;
-    verdict(&rows)?;
-    check_messages(&instance.validation_messages())
 }
 
 /// A clause for the message after a signal: it states that the folder keeps the finished runs, or, if it has no results,

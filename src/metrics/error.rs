@@ -55,27 +55,126 @@ impl Errors {
     }
 }
 
+/// The part of the errors of a picture that the noise of its reference causes, which no picture can fall below, and the
+/// errors without it. It is computed from the standard error of each value of the reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseFloor {
+    /// The RMSE of a picture without error against this reference.
+    pub rmse: f64,
+    /// The relMSE of a picture without error against this reference.
+    pub relmse: f64,
+}
+
+impl NoiseFloor {
+    /// Computes the floor from the values of a reference and their standard errors.
+    ///
+    /// # Panics
+    /// The slices differ in length.
+    pub fn of(reference: &[[f32; 3]], errors: &[[f32; 3]]) -> Self {
+        assert_eq!(reference.len(), errors.len(), "pictures of one size");
+        let values = reference.iter().flatten().zip(errors.iter().flatten());
+        let (mut squared, mut relative) = (0.0, 0.0);
+        for (b, error) in values {
+            let (b, variance) = (f64::from(*b), f64::from(*error).powi(2));
+            squared += variance;
+            relative += variance / (b * b + 0.01);
+        }
+        let count = (reference.len() * 3).max(1) as f64;
+        Self {
+            rmse: (squared / count).sqrt(),
+            relmse: relative / count,
+        }
+    }
+
+    /// The RMSE of a picture against the truth instead of the reference. It is 0 if the noise explains the whole RMSE.
+    pub fn rmse_without(&self, rmse: f64) -> f64 {
+        (rmse * rmse - self.rmse * self.rmse).max(0.0).sqrt()
+    }
+
+    /// The relMSE of a picture against the truth instead of the reference. It is 0 if the noise explains the whole relMSE.
+    pub fn relmse_without(&self, relmse: f64) -> f64 {
+        (relmse - self.relmse).max(0.0)
+    }
+}
+
+/// Squared errors of a picture, over all pixels and the three channels, from which the noise of the reference is taken out.
+/// Studies list them for each frame. Where the picture has almost no error, chance can make them negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SquaredErrors {
+    /// The mean squared difference from the truth, in the squared unit of the values.
+    pub mse: f64,
+    /// The same as [`Self::mse`], after all values are clamped to [0, 1], the range that a display can show.
+    pub clamped_mse: f64,
+    /// The mean of (a − t)² / (b² + 0.01), where a is the value of the picture, t the truth, and b the mean of the reference;
+    /// it has no unit.
+    pub relmse: f64,
+}
+
+impl SquaredErrors {
+    /// Computes the errors of `picture` against two pictures `halves` of the same view, whose noise is independent of each
+    /// other and of the picture. The square of a difference from one noisy reference contains the variance of the reference;
+    /// the product of the differences from two does not.
+    ///
+    /// # Panics
+    /// The lists differ in length.
+    pub fn between(picture: &[[f32; 3]], halves: &[Vec<[f32; 3]>; 2]) -> Self {
+        let [first, second] = halves;
+        let sizes = [first.len(), second.len()];
+        assert_eq!(sizes, [picture.len(); 2], "pictures of one size");
+        let mut errors = Self {
+            mse: 0.0,
+            clamped_mse: 0.0,
+            relmse: 0.0,
+        };
+        let references = first.iter().flatten().zip(second.iter().flatten());
+        for (a, (b1, b2)) in picture.iter().flatten().zip(references) {
+            let [a, b1, b2] = [a, b1, b2].map(|v| f64::from(*v));
+            let product = |f: fn(f64) -> f64| (f(a) - f(b1)) * (f(a) - f(b2));
+            let squared = product(|v| v);
+            errors.mse += squared;
+            errors.clamped_mse += product(|v| v.clamp(0.0, 1.0));
+            errors.relmse += squared / ((0.5 * (b1 + b2)).powi(2) + 0.01);
+        }
+        let count = (picture.len() * 3).max(1) as f64;
+        Self {
+            mse: errors.mse / count,
+            clamped_mse: errors.clamped_mse / count,
+            relmse: errors.relmse / count,
+        }
+    }
+}
+
+/// A picture, and two pictures of the same view with independent noise that its errors are measured with.
+pub type Judged<'a> = (&'a [[f32; 3]], &'a [Vec<[f32; 3]>; 2]);
+
 /// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. The error of a value is
-/// its difference from the value of the reference. For successive frames of an animation it is the temporal correlation of
-/// their noise, which studies report: 1 means the same pattern of noise in both frames. `a` and `b` are each a pair of a
-/// picture and its reference. If all errors of one picture are equal, the correlation is undefined, and the result is 0.
+/// its difference from the truth. For successive frames of an animation it is the temporal correlation of their noise, which
+/// studies report: 1 means the same pattern of noise in both frames. The noise of the references is taken out, as in
+/// [`SquaredErrors`]. If all errors of one picture are equal, the correlation is undefined, and the result is 0.
 ///
 /// # Panics
-/// The four slices differ in length.
-pub fn error_correlation(a: [&[[f32; 3]]; 2], b: [&[[f32; 3]]; 2]) -> f64 {
-    let sizes = [a[1], b[0], b[1]].map(<[_]>::len);
-    assert!(sizes == [a[0].len(); 3], "pictures of one size");
-    let errors = |[picture, reference]: [&[[f32; 3]]; 2]| -> Vec<f64> {
-        let pairs = picture.iter().flatten().zip(reference.iter().flatten());
+/// The lists differ in length.
+pub fn error_correlation(a: Judged<'_>, b: Judged<'_>) -> f64 {
+    let sizes = [
+        a.1[0].len(),
+        a.1[1].len(),
+        b.0.len(),
+        b.1[0].len(),
+        b.1[1].len(),
+    ];
+    assert!(sizes == [a.0.len(); 5], "pictures of one size");
+    let errors = |(picture, halves): Judged<'_>, half: usize| -> Vec<f64> {
+        let pairs = picture.iter().flatten().zip(halves[half].iter().flatten());
         let all: Vec<f64> = pairs.map(|(p, r)| f64::from(*p) - f64::from(*r)).collect();
         let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
         all.into_iter().map(|e| e - mean).collect()
     };
-    let (a, b) = (errors(a), errors(b));
     let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-    let scale = (dot(&a, &a) * dot(&b, &b)).sqrt();
+    let [a, b] = [a, b].map(|judged| [errors(judged, 0), errors(judged, 1)]);
+    let shared = 0.5 * (dot(&a[0], &b[1]) + dot(&a[1], &b[0]));
+    let scale = (dot(&a[0], &a[1]).max(0.0) * dot(&b[0], &b[1]).max(0.0)).sqrt();
     if scale > 0.0 {
-        dot(&a, &b) / scale
+        (shared / scale).clamp(-1.0, 1.0)
     } else {
         0.0
     }
@@ -102,20 +201,46 @@ mod tests {
 
     #[test]
     fn errors_correlate_with_themselves_and_not_with_others() {
-        let reference = [[1.0; 3]; 2];
+        let truth = [vec![[1.0; 3]; 2], vec![[1.0; 3]; 2]];
         let a = [[2.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
         let b = [[1.0, 3.0, 1.0], [1.0, -1.0, 1.0]];
         let correlation =
-            |x: &[[f32; 3]], y: &[[f32; 3]]| error_correlation([x, &reference], [y, &reference]);
+            |x: &[[f32; 3]], y: &[[f32; 3]]| error_correlation((x, &truth), (y, &truth));
         assert!((correlation(&a, &a) - 1.0).abs() < 1e-12);
         let opposite = a.map(|p| p.map(|v| 2.0 - v));
         assert!((correlation(&a, &opposite) + 1.0).abs() < 1e-12);
         assert!(correlation(&a, &b).abs() < 1e-12);
-        assert_eq!(correlation(&a, &reference), 0.0);
+        assert_eq!(correlation(&a, &truth[0]), 0.0);
         // What another reference moves is no error.
-        let (moved, other) = (a.map(|p| p.map(|v| v + 0.5)), [[1.5; 3]; 2]);
-        let same = error_correlation([&a, &reference], [&moved, &other]);
+        let moved = a.map(|p| p.map(|v| v + 0.5));
+        let other = [vec![[1.5; 3]; 2], vec![[1.5; 3]; 2]];
+        let same = error_correlation((&a, &truth), (&moved, &other));
         assert!((same - 1.0).abs() < 1e-12);
+    }
+
+    /// The picture is 1 beside the truth everywhere; the noise of the two halves, of ±2, must not appear in its errors.
+    #[test]
+    fn noise_of_halves_is_no_error_of_the_picture() {
+        let noise = |seed: u32| -> Vec<[f32; 3]> {
+            let value = |i: u32| match blake3::hash(&[seed.to_le_bytes(), i.to_le_bytes()].concat())
+                .as_bytes()[0]
+                & 1
+            {
+                0 => 3.0,
+                _ => 7.0,
+            };
+            (0..40_000)
+                .map(|i| [value(3 * i), value(3 * i + 1), value(3 * i + 2)])
+                .collect()
+        };
+        let halves = [noise(1), noise(2)];
+        let errors = SquaredErrors::between(&vec![[6.0; 3]; 40_000], &halves);
+        // The standard error of the mean product is 2 · √6 / √120,000.
+        assert!((errors.mse - 1.0).abs() < 0.06, "{errors:?}");
+        let exact = [vec![[5.0; 3]; 2], vec![[5.0; 3]; 2]];
+        let errors = SquaredErrors::between(&[[6.0; 3]; 2], &exact);
+        assert_eq!((errors.mse, errors.clamped_mse), (1.0, 0.0));
+        assert!((errors.relmse - 1.0 / 25.01).abs() < 1e-12);
     }
 
     #[test]
@@ -132,6 +257,19 @@ mod tests {
         assert!((errors.rmse_clamped - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!((errors.relmse - (100.0 + 4.0 / 16.01) / 3.0).abs() < 1e-9);
         assert_eq!(errors.mean_ratio, 0.75);
+    }
+
+    /// A reference whose values are off by +0.3 or −0.3, as its standard errors say, and a picture without error.
+    #[test]
+    fn the_noise_of_a_reference_is_taken_out() {
+        let reference: Vec<[f32; 3]> = (0..64).map(|i| [[1.3, 0.7][i % 2]; 3]).collect();
+        let floor = NoiseFloor::of(&reference, &[[0.3; 3]; 64]);
+        let errors = Errors::between(&[[1.0; 3]; 64], &reference);
+        assert!((floor.rmse - 0.3).abs() < 1e-6, "{floor:?}");
+        assert!(floor.rmse_without(errors.rmse) < 1e-3, "{errors:?}");
+        assert!(floor.relmse_without(errors.relmse) < 1e-6, "{errors:?}");
+        let errors = Errors::between(&[[1.4; 3]; 64], &reference);
+        assert!((floor.rmse_without(errors.rmse) - 0.4).abs() < 1e-6);
     }
 
     #[test]

@@ -66,7 +66,9 @@ pub fn svg(rows: &[Row]) -> Result<Option<String>> {
         let Some(value) = value.parse().ok().filter(|value: &f64| *value > 0.0) else {
             continue;
         };
-        let (bias, _) = row.deciding();
+        let Some((bias, _)) = row.deciding() else {
+            continue;
+        };
         let channels = [0, 1, 2].map(|channel| [bias.relative[channel], bias.half_width[channel]]);
         let largest = |a: [f64; 2], b: [f64; 2]| if b[0].abs() > a[0].abs() { b } else { a };
         let point = Point {

@@ -67,6 +67,11 @@ impl Folder {
         has_runs || references.next().is_some()
     }
 
+    /// The path of the file that describes the study, `study.json` ([`Manifest`](super::manifest::Manifest)).
+    pub fn manifest(&self) -> PathBuf {
+        manifest(&self.path)
+    }
+
     /// The path of the file of finished runs, `runs.jsonl`, which has one line for each run. A study that was stopped
     /// continues with these runs.
     pub fn runs(&self) -> PathBuf {
@@ -94,11 +99,18 @@ fn take_away_empty(folder: &Path, made: &[PathBuf]) {
     }
 }
 
-fn runs(folder: &Path) -> PathBuf {
+/// The path of the file that describes the study of a folder.
+pub fn manifest(folder: &Path) -> PathBuf {
+    folder.join("study.json")
+}
+
+/// The path of the file of finished runs of a folder.
+pub fn runs(folder: &Path) -> PathBuf {
     folder.join("runs.jsonl")
 }
 
-fn references(folder: &Path) -> PathBuf {
+/// The path of the subfolder with the references of a folder.
+pub fn references(folder: &Path) -> PathBuf {
     folder.join("references")
 }
 

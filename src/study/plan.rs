@@ -4,6 +4,7 @@
 use super::planned_scene::PlannedScene;
 use super::plans::PLANS;
 use super::product::Product;
+use super::reference::SampleBlocks;
 use crate::base::input_files;
 use crate::base::nearest::nearest;
 use crate::base::toml_text::{Step, TomlText};
@@ -22,6 +23,9 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
+    /// The question that the plan answers, in one sentence, which `study --list` prints.
+    #[serde(default)]
+    pub purpose: String,
     /// The scenes, each with its camera and environment. A configuration is rendered on all of them, unless it lists the
     /// names of some of them.
     pub scenes: Vec<PlannedScene>,
@@ -53,10 +57,15 @@ pub struct Plan {
     /// also indirect light.
     #[serde(default = "one")]
     pub bounces: u32,
-    /// The number of samples per pixel of the references (path-traced pictures that runs are compared with), at least 2 and
+    /// The number of samples per pixel of the references (path-traced pictures that runs are compared with), at least 4 and
     /// by default 4096. More samples make the error of a reference smaller. A scene can have a number of its own.
     #[serde(default = "default_spp")]
     pub reference_spp: u32,
+    /// The maximum number of samples per pixel of a reference. More than `reference_spp` are rendered only if a configuration
+    /// is expected to be unbiased, and the mean of the reference is not known well enough for a proof. `None`: four times as
+    /// many.
+    #[serde(default)]
+    pub most_reference_spp: Option<u32>,
     /// True if one additional run of each configuration on each scene counts rays, lanes in use and merged neighbours, so
     /// that results show the costs; by default false. This run is not timed, because counting takes time.
     #[serde(default)]
@@ -68,6 +77,9 @@ pub struct Plan {
     /// be empty if there are configurations that are described one by one.
     #[serde(default)]
     pub sweeps: Vec<Sweep>,
+    /// True after [`Self::quicken`].
+    #[serde(skip)]
+    is_quick: bool,
     /// The text of the plan and its origin (a file or plan name), with which an error message can name a line.
     #[serde(skip)]
     pub source: TomlText,
@@ -214,10 +226,18 @@ impl Plan {
     /// the path `name`.
     ///
     /// # Errors
-    /// There is neither a plan nor a readable file with this name, or an error of [`Self::parse`] occurs.
+    /// There is no such plan or file, or as for [`Self::parse`].
     pub fn open(name: &str) -> Result<Self> {
+        Self::parse(name, &Self::read(name)?)
+    }
+
+    /// The TOML text of the plan that [`Self::open`] reads.
+    ///
+    /// # Errors
+    /// There is no such plan or file, or the file cannot be read.
+    pub fn read(name: &str) -> Result<String> {
         if let Some((_, text)) = PLANS.iter().find(|(plan, _)| *plan == name) {
-            return Self::parse(name, text);
+            return Ok((*text).to_owned());
         }
         let path = Path::new(name);
         if path.extension().is_none() && !path.exists() {
@@ -228,8 +248,7 @@ impl Plan {
                 known.collect::<Vec<_>>().join(", ")
             )));
         }
-        let text = input_files::read_text(path, input_files::MAX_TOML_BYTES)?;
-        Self::parse(name, &text)
+        input_files::read_text(path, input_files::MAX_TOML_BYTES)
     }
 
     /// Reads a plan from TOML text. `origin` is the name of the text in error messages. The names and values of settings are
@@ -248,15 +267,15 @@ impl Plan {
         if plan.scenes.is_empty() {
             return wrong("scenes is empty; name at least one");
         }
-        if plan.frames == 0 || plan.width == 0 || plan.seeds < 2 || plan.reference_spp < 2 {
-            return wrong("frames and width begin at 1, seeds and reference_spp at 2");
+        if plan.frames == 0 || plan.width == 0 || plan.seeds < 2 || plan.reference_spp < 4 {
+            return wrong("frames and width begin at 1, seeds at 2, and reference_spp at 4");
         }
         if plan
             .scenes
             .iter()
-            .any(|s| s.reference_spp.is_some_and(|spp| spp < 2))
+            .any(|s| s.reference_spp.is_some_and(|spp| spp < 4))
         {
-            return wrong("a scene's reference_spp begins at 2");
+            return wrong("a scene's reference_spp begins at 4");
         }
         if plan.seeds.max(plan.most_seeds.unwrap_or(0)) > MAX_SEEDS {
             return wrong(&format!("seeds and most_seeds end at {MAX_SEEDS}"));
@@ -404,17 +423,48 @@ impl Plan {
         Error::input(format!("{}: {what}", self.source.origin))
     }
 
-    /// Divides the numbers of seeds and the numbers of samples of references by four, with a minimum of 2. The option
+    /// Divides the numbers of seeds by four, with a minimum of 2, and gives references a quarter of their blocks. The option
     /// `--quick` uses this for a preview: the study is faster, but with few seeds and noisy references its results prove
-    /// nothing.
+    /// nothing. A study without the option goes on with the same runs and blocks.
     pub fn quicken(&mut self) {
         self.most_seeds = Some(self.most_seeds());
-        let counts = [&mut self.seeds, &mut self.reference_spp].into_iter();
-        let own = self.scenes.iter_mut().map(|scene| &mut scene.reference_spp);
-        let optional = own.chain([&mut self.most_seeds]).flatten();
-        for count in counts.chain(optional) {
-            *count = (*count / 4).max(2);
+        self.is_quick = true;
+        for count in [Some(&mut self.seeds), self.most_seeds.as_mut()] {
+            count
+                .into_iter()
+                .for_each(|count| *count = (*count / 4).max(2));
         }
+    }
+
+    /// The division of the references of a scene into blocks of samples.
+    pub fn blocks(&self, scene: &PlannedScene) -> SampleBlocks {
+        let samples = scene.reference_spp.unwrap_or(self.reference_spp);
+        SampleBlocks::new(samples, self.is_quick)
+    }
+
+    /// The maximum number of blocks of a reference that is divided like `blocks`; see [`Self::most_reference_spp`]. With
+    /// `--quick`, references get no more blocks.
+    pub fn most_blocks(&self, blocks: SampleBlocks) -> u32 {
+        let SampleBlocks { size, count } = blocks;
+        let most = self
+            .most_reference_spp
+            .map_or(4 * count, |most| most / size);
+        if self.is_quick {
+            count
+        } else {
+            most.max(count)
+        }
+    }
+
+    /// The dotted keys of all settings that the sweeps of the plan vary, in the order of the plan.
+    pub fn swept_keys(&self) -> Vec<String> {
+        let mut keys: Vec<String> = Vec::new();
+        for key in self.sweeps.iter().flat_map(|sweep| sweep.over.keys()) {
+            if !keys.contains(key) {
+                keys.push(key.clone());
+            }
+        }
+        keys
     }
 
     /// The maximum number of runs, on one scene, of a configuration that the plan expects to be unbiased: the plan's

@@ -41,6 +41,7 @@ pub const PLANS: &[(&str, &str)] = &[
         include_str!("plans/neighbour-radius.toml"),
     ),
     ("path-lights", include_str!("plans/path-lights.toml")),
+    ("presets", include_str!("plans/presets.toml")),
     ("rare-lights", include_str!("plans/rare-lights.toml")),
     ("roulette", include_str!("plans/roulette.toml")),
     ("shift", include_str!("plans/shift.toml")),

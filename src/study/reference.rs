@@ -1,5 +1,6 @@
 //! References: path-traced pictures with a small and known error, with which the runs of studies are compared. Each is
-//! rendered once and stored in a file, whose name is a hash of everything that the reference depends on.
+//! rendered once, in blocks of samples, and stored in one file for each block, whose name begins with a hash of everything
+//! that the reference depends on.
 
 use crate::base::input_files;
 use crate::base::progress::Watch;
@@ -11,8 +12,9 @@ use crate::metrics::statistics::Estimate;
 use crate::render::{Renderer, Settings, View};
 use crate::scene::lights::luminance;
 use crate::{Error, Result};
-use glam::DVec3;
-use std::path::Path;
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The side of a block of pixels, in pixels. Studies test the mean luminance of each block of a picture for bias, because a
@@ -29,6 +31,44 @@ const SEED: u32 = 0x5EED_0000;
 /// reports its progress and can stop after a signal. If a call renders a picture in strips of rows, the study also does so
 /// after each strip.
 const AT_ONCE: u32 = 16;
+/// The maximum number of samples per pixel of a block.
+const MAX_BLOCK_SAMPLES: u32 = 1024;
+/// The number of blocks into which the samples of a small reference are divided.
+const FEWEST_BLOCKS: u32 = 8;
+/// The number of blocks, counted from the first one, with which the errors of runs are measured: one for each of the two
+/// pictures of [`Reference::halves`].
+pub const MEASURING_BLOCKS: u32 = 2;
+
+/// The division of the samples of a reference into blocks, which are rendered apart, by different machines if a study is
+/// divided into shards, and added in the order of their index. So the same reference has the same bits, whoever rendered it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SampleBlocks {
+    /// The number of samples per pixel of a block, at least 2, from which its error is estimated.
+    pub size: u32,
+    /// The number of blocks, at least [`MEASURING_BLOCKS`].
+    pub count: u32,
+}
+
+impl SampleBlocks {
+    /// Divides a reference of at least `samples` samples per pixel. If `quick` is true, it has a quarter of the blocks, so
+    /// that a study goes on from a quick look with the same blocks.
+    pub fn new(samples: u32, quick: bool) -> Self {
+        let size = samples.div_ceil(FEWEST_BLOCKS).clamp(2, MAX_BLOCK_SAMPLES);
+        let count = samples.div_ceil(size);
+        let count = if quick { count.div_ceil(4) } else { count };
+        Self {
+            size,
+            count: count.max(MEASURING_BLOCKS),
+        }
+    }
+
+    /// The indices of the samples of the block with the index `block`, which can be beyond [`Self::count`] if a reference gets
+    /// more samples than the plan states.
+    pub fn samples_of(self, block: u32) -> Range<u32> {
+        let first = block * self.size;
+        first..first + self.size
+    }
+}
 
 /// The inputs of a reference, which is a path-traced picture that runs are compared with: what it shows, and how it is
 /// rendered.
@@ -44,8 +84,6 @@ pub struct Shot<'a> {
     pub view: View,
     /// The settings of path tracing with which the reference is rendered.
     pub settings: &'a Settings,
-    /// The number of samples per pixel of the reference. More samples make its error smaller.
-    pub samples: u32,
 }
 
 impl Shot<'_> {
@@ -61,10 +99,62 @@ impl Shot<'_> {
         renderer.set_time(self.time);
         Ok(renderer)
     }
+
+    /// Renders the blocks that have no file yet, and writes a file for each. `files` has the path and the samples of each
+    /// block. `watch` is called with the number of samples per pixel that are done; an error from it ends the work, and the
+    /// files that are complete stay.
+    ///
+    /// # Errors
+    /// The device or the disk fails, path tracing rejected values, or `watch` returns an error.
+    pub fn render(&self, files: &[(PathBuf, Range<u32>)], watch: &mut Watch) -> Result<()> {
+        let missing = files.iter().filter(|(path, _)| !path.exists());
+        let mut renderers = None;
+        let mut done = 0;
+        for (path, samples) in missing {
+            let (emission, renderer) = match &mut renderers {
+                Some(made) => made,
+                None => {
+                    let mut emitters = self.renderer(0)?;
+                    emitters.add_samples(0, 1)?;
+                    let emission = in_f32(emitters.sums()?.mean(1));
+                    renderers.insert((emission, self.renderer(self.view.bounces)?))
+                }
+            };
+            renderer.restart(SEED)?;
+            for first in samples.clone().step_by(AT_ONCE as usize) {
+                let count = AT_ONCE.min(samples.end - first);
+                let mut watch =
+                    |fraction: f64| watch(f64::from(done) + fraction * f64::from(count));
+                renderer.add_samples_watched(first, count, &mut watch)?;
+                done += count;
+            }
+            watch(f64::from(done))?;
+            if renderer.rejected()? > 0 {
+                return Err(Error::failed(format!(
+                    "{}: path tracing refused values, so the reference would be too dark",
+                    path.display()
+                )));
+            }
+            let (sums, count) = (renderer.sums()?, samples.len() as u32);
+            let mut image = Image::new(self.view.width, self.view.height);
+            image.set_vectors("", COLORS, &in_f32(sums.mean(count)));
+            image.set_vectors("stderr.", COLORS, &in_f32(sums.standard_error(count)));
+            image.set_vectors("emission.", COLORS, emission);
+            image.write(path, 0.0)?;
+        }
+        Ok(())
+    }
+}
+
+const COLORS: [&str; 3] = ["R", "G", "B"];
+
+fn in_f32(values: Vec<DVec3>) -> Vec<[f32; 3]> {
+    values.iter().map(|v| v.as_vec3().to_array()).collect()
 }
 
 /// A path-traced picture with a small and known error, with which runs are compared. Its lists have one RGB value for each
 /// pixel, row by row from the top.
+#[derive(Clone)]
 pub struct Reference {
     /// The width of the picture, in pixels.
     pub width: u32,
@@ -80,75 +170,98 @@ pub struct Reference {
     /// The number of samples per pixel from which [`Self::mean`] and [`Self::error`] are computed. Confidence intervals that
     /// include the error of the reference depend on it too, because the quantile of Student's distribution does.
     pub samples: u32,
+    /// Two pictures of the same view, from different samples, with which the errors of runs are measured
+    /// ([`Errors::between_halves`](crate::metrics::error::Errors::between_halves)). They are the same however many samples
+    /// the reference has, so that errors of early runs of a study stay valid.
+    pub halves: [Vec<[f32; 3]>; 2],
+    /// For each block of samples, the variance of the mean over the picture, as the sum over channels, times its number of
+    /// samples. Their spread states how well the variance of the whole is known.
+    variances: Vec<f64>,
+    /// For each pixel, the sums over the blocks of the mean and of the squared standard error, times the number of samples
+    /// and its square.
+    sums: Vec<[DVec3; 2]>,
 }
 
 impl Reference {
-    /// Reads the reference from the EXR file `path`. If there is no such file, renders the reference as `shot` describes it,
-    /// and writes the file. While it renders, it calls `watch` with the fraction that is done, in [0, 1]; an error from
-    /// `watch` ends the work.
+    /// Reads the first [`MEASURING_BLOCKS`] blocks, with the paths and the samples `files`.
     ///
     /// # Errors
-    /// The device or the disk fails, the file is damaged or not a reference of this view, path tracing rejected values, or
-    /// `watch` returns an error.
-    pub fn obtain(path: &Path, shot: &Shot, watch: &mut Watch) -> Result<Self> {
-        let (view, samples) = (&shot.view, shot.samples);
-        let mut renderer = shot.renderer(0)?;
-        renderer.add_samples(0, 1)?;
-        let in_f32 = |values: Vec<DVec3>| -> Vec<[f32; 3]> {
-            values.iter().map(|v| v.as_vec3().to_array()).collect()
+    /// A file cannot be read, is damaged, or is not a block of a reference with a picture of `width` × `height` pixels.
+    pub fn read((width, height): (u32, u32), files: &[(PathBuf, Range<u32>)]) -> Result<Self> {
+        let pixels = width as usize * height as usize;
+        let black = vec![[0.0; 3]; pixels];
+        let mut reference = Self {
+            width,
+            mean: black.clone(),
+            error: black.clone(),
+            emission: black.clone(),
+            samples: 0,
+            halves: [black.clone(), black],
+            variances: Vec::new(),
+            sums: vec![[DVec3::ZERO; 2]; pixels],
         };
-        let emission = in_f32(renderer.sums()?.mean(1));
+        for (half, (path, samples)) in files.iter().enumerate().take(MEASURING_BLOCKS as usize) {
+            reference.halves[half] = reference.add(path, samples.len() as u32)?;
+        }
+        Ok(reference)
+    }
+
+    /// A reference that is known from `samples` samples per pixel, for tests: its halves are its mean.
+    #[cfg(test)]
+    pub fn known(width: u32, mean: Vec<[f32; 3]>, error: Vec<[f32; 3]>, samples: u32) -> Self {
+        Self {
+            width,
+            emission: vec![[0.0; 3]; mean.len()],
+            samples,
+            halves: [mean.clone(), mean.clone()],
+            variances: Vec::new(),
+            sums: Vec::new(),
+            mean,
+            error,
+        }
+    }
+
+    /// Adds the block in the file `path`, which has `count` samples per pixel and comes after those that were added. Returns
+    /// the mean of the block.
+    ///
+    /// # Errors
+    /// As for [`Self::read`].
+    pub fn add(&mut self, path: &Path, count: u32) -> Result<Vec<[f32; 3]>> {
         let unusable = |why: &str| {
             Error::input(format!(
                 "{}: {why}; delete this file, and the study makes it again",
                 path.display()
             ))
         };
-        let image = if path.exists() {
-            Image::read(path).map_err(|error| match input_files::open(path) {
-                Ok(_) => unusable("the reference is damaged"),
-                Err(_) => error,
-            })?
-        } else {
-            let mut renderer = shot.renderer(view.bounces)?;
-            for first in (0..samples).step_by(AT_ONCE as usize) {
-                let count = AT_ONCE.min(samples - first);
-                let mut watch = |fraction: f64| {
-                    watch((f64::from(first) + fraction * f64::from(count)) / f64::from(samples))
-                };
-                renderer.add_samples_watched(first, count, &mut watch)?;
-                watch(1.0)?;
-            }
-            if renderer.rejected()? > 0 {
-                return Err(Error::failed(format!(
-                    "{}: path tracing refused values, so the reference would be too dark",
-                    path.display()
-                )));
-            }
-            let sums = renderer.sums()?;
-            let mut image = Image::new(view.width, view.height);
-            let (mean, error) = (sums.mean(samples), sums.standard_error(samples));
-            image.set_vectors("", ["R", "G", "B"], &in_f32(mean));
-            image.set_vectors("stderr.", ["R", "G", "B"], &in_f32(error));
-            image.write(path, 0.0)?;
-            image
-        };
-        let pixels = view.width as usize * view.height as usize;
+        let image = Image::read(path).map_err(|error| match input_files::open(path) {
+            Ok(_) => unusable("the reference is damaged"),
+            Err(_) => error,
+        })?;
+        let pixels = self.sums.len();
         let vectors = |prefix: &str| -> Result<Vec<[f32; 3]>> {
             let channel = |c| image.floats(&format!("{prefix}{c}")).unwrap_or_default();
-            let (r, g, b) = (channel("R"), channel("G"), channel("B"));
+            let [r, g, b] = COLORS.map(channel);
             if [r, g, b].iter().any(|c| c.len() != pixels) {
                 return Err(unusable("it is not a reference of this view"));
             }
             Ok((0..pixels).map(|i| [r[i], g[i], b[i]]).collect())
         };
-        Ok(Self {
-            width: view.width,
-            mean: vectors("")?,
-            error: vectors("stderr.")?,
-            emission,
-            samples,
-        })
+        let (mean, error) = (vectors("")?, vectors("stderr.")?);
+        self.emission = vectors("emission.")?;
+        self.samples += count;
+        let (own, all) = (f64::from(count), f64::from(self.samples));
+        let in_f64 = |value: &[f32; 3]| Vec3::from(*value).as_dvec3();
+        let mut variance = 0.0;
+        for (i, [means, squares]) in self.sums.iter_mut().enumerate() {
+            let error = in_f64(&error[i]);
+            *means += own * in_f64(&mean[i]);
+            *squares += own * own * error * error;
+            variance += own * error.length_squared() / (pixels * pixels) as f64;
+            self.mean[i] = (*means / all).as_vec3().to_array();
+            self.error[i] = [0, 1, 2].map(|c| (squares[c].sqrt() / all) as f32);
+        }
+        self.variances.push(variance);
+        Ok(mean)
     }
 
     /// Reduces a picture to the means that are tested for a bias, after it has subtracted the reference's emission from each
@@ -158,14 +271,22 @@ impl Reference {
         self.means(|i, c| f64::from(picture[i][c]) - f64::from(self.emission[i][c]))
     }
 
-    /// The median, over pixels, of the ratio of a pixel's luminance in `picture` to its luminance in the reference. Pixels
-    /// that are black in the reference or show an emitter are left out. If the median is below 1, most of the other pixels
-    /// are too dark; it is 1 if there are no other pixels.
+    /// The median, over pixels, of the ratio of a pixel's luminance in `picture` to its mean luminance in [`Self::halves`].
+    /// Pixels that are black there or show an emitter are left out. If the median is below 1, most of the other pixels are too
+    /// dark; it is 1 if there are no other pixels.
     pub fn median_ratio(&self, picture: &[[f32; 3]]) -> f64 {
-        let pixels = picture.iter().zip(&self.mean).zip(&self.emission);
+        let [first, second] = &self.halves;
+        let pixels = picture
+            .iter()
+            .zip(first.iter().zip(second))
+            .zip(&self.emission);
         let lit = pixels.filter(|(_, emission)| **emission == [0.0; 3]);
         let of = |pixel: &[f32; 3]| luminance((*pixel).into());
-        median_ratio(lit.map(|((picture, mean), _)| (of(picture), of(mean))))
+        median_ratio(
+            lit.map(|((picture, (first, second)), _)| {
+                (of(picture), 0.5 * (of(first) + of(second)))
+            }),
+        )
     }
 
     /// The largest differences from the reference that rounding alone can cause, one for each mean that [`Self::reduce`]
@@ -250,12 +371,18 @@ impl Reference {
             .fold(0.0, f64::max)
     }
 
-    /// The approximate number of samples per pixel with which [`Self::half_width`] would be `half_width`. A message
-    /// recommends this number if the study refuses the reference.
+    /// The number of samples per pixel with which [`Self::half_width`] would be at most `half_width`. A row recommends this
+    /// number if its reference is too noisy. Rare bright paths make the variance of most blocks of samples too small, so the
+    /// upper end of its 95 % interval over the blocks is used.
     pub fn samples_for(&self, half_width: f64) -> f64 {
         // With as many as are asked for Student's interval is a normal one.
         let normal = self.half_width_by(u64::from(u32::MAX));
-        (normal / half_width).powi(2) * f64::from(self.samples)
+        let variance = Estimate::of(&self.variances);
+        let doubt = match self.variances.len() {
+            ..2 => 1.0,
+            _ => 1.0 + variance.relative_half_width(0.9).min(4.0),
+        };
+        doubt * (normal / half_width).powi(2) * f64::from(self.samples)
     }
 
     /// The mean luminance of each block (a square of [`BLOCK`] × [`BLOCK`] pixels) without emission, row by row, in the unit

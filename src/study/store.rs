@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The finished runs of a study, in memory and in a file with one line of JSON for each run. A study renders only runs that
-/// it does not have. A line that is not complete, because the program was killed while it wrote, is ignored, and its run is
-/// rendered again.
+/// The finished runs of a study, in memory and in a file with one JSON object for each run, each on its own line. A study
+/// renders only runs that it does not have. A line that is not complete, because the program was killed while it wrote, is
+/// removed, and its run is rendered again.
 pub struct Store {
     path: PathBuf,
     /// The runs: a map from the key ([`Run::key`]) to a map from the seed to the run.
@@ -18,25 +18,37 @@ pub struct Store {
 }
 
 impl Store {
-    /// Reads all finished runs from the file `path`. If the file does not exist, the store is empty.
+    /// Reads all finished runs from the file `path`, and removes the rest of a line that is not complete. If the file does
+    /// not exist, the store is empty. The caller has locked the folder ([`Folder`](super::folder::Folder)).
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// The file cannot be read or written.
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = match path.exists() {
             true => input_files::read(path)?,
             false => Vec::new(),
         };
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n');
+        let whole = whole.map_or(0, |last| last + 1);
+        if whole < bytes.len() {
+            cut(path, whole as u64).map_err(|e| Error::writing(path, e))?;
+        }
         let mut store = Self {
             path: path.to_owned(),
             runs: HashMap::new(),
         };
-        // A line may be cut short within a character.
-        let lines = bytes.split(|byte| *byte == b'\n');
+        let lines = bytes[..whole].split(|byte| *byte == b'\n');
         for run in lines.filter_map(|line| serde_json::from_slice(line).ok()) {
             store.remember(run);
         }
         Ok(store)
+    }
+
+    /// All runs, by key and then by seed.
+    pub fn all(&self) -> impl Iterator<Item = &Run> {
+        let mut keys: Vec<&String> = self.runs.keys().collect();
+        keys.sort_unstable();
+        keys.into_iter().flat_map(|key| self.runs[key].values())
     }
 
     /// Stores a run in memory, but not in the file; it replaces the run in memory that has the same key and seed. Therefore,
@@ -45,14 +57,6 @@ impl Store {
     fn remember(&mut self, run: Run) {
         let seeds = self.runs.entry(run.key.clone()).or_default();
         seeds.insert(run.seed, run);
-    }
-
-    /// Removes from memory those runs with the key `key` ([`Run::key`]) that do not have `frames` frames and `blocks` blocks
-    /// of pixels. Their lines in the file were edited or damaged, and the runs are then rendered again.
-    pub fn keep_whole(&mut self, key: &str, frames: usize, blocks: usize) {
-        if let Some(runs) = self.runs.get_mut(key) {
-            runs.retain(|_, run| run.has_lengths(frames, blocks));
-        }
     }
 
     /// The run with the key `key` ([`Run::key`]) and the seed `seed`; `None` if the store does not have it, so that it must
@@ -74,19 +78,31 @@ impl Store {
     /// # Errors
     /// The file cannot be written.
     pub fn add(&mut self, run: Run) -> Result<()> {
-        let line = serde_json::to_string(&run)
-            .map_err(|e| Error::failed(format!("a run as JSON: {e}")))?;
+        let mut line =
+            serde_json::to_vec(&run).map_err(|e| Error::failed(format!("a run as JSON: {e}")))?;
+        line.push(b'\n');
         let mut file = std::fs::OpenOptions::new()
             .create(true)
             .append(true)
             .open(&self.path)
             .map_err(|e| Error::writing(&self.path, e))?;
-        // A line that a crash cut short must not swallow this one.
-        file.write_all(format!("\n{line}\n").as_bytes())
-            .map_err(|e| Error::writing(&self.path, e))?;
+        let length = file.metadata().map(|about| about.len());
+        if let Err(error) = file.write_all(&line) {
+            // The part that a full disk has taken is no run.
+            let _ = length.map(|length| cut(&self.path, length));
+            return Err(Error::writing(&self.path, error));
+        }
         self.remember(run);
         Ok(())
     }
+}
+
+/// Cuts the file to `length` bytes.
+fn cut(path: &Path, length: u64) -> std::io::Result<()> {
+    std::fs::File::options()
+        .write(true)
+        .open(path)?
+        .set_len(length)
 }
 
 #[cfg(test)]
@@ -98,7 +114,7 @@ mod tests {
             key: key.into(),
             seed,
             mean: [1.0, 2.0, 3.0],
-            milliseconds: vec![("pass".into(), 1.5)],
+            milliseconds: vec![vec![("pass".into(), 1.5)]],
             ..Run::default()
         }
     }
@@ -124,50 +140,17 @@ mod tests {
         assert_eq!(store.of("a", 1..9).len(), 1);
         assert!(store.of("c", 0..9).is_empty());
         assert_eq!(store.find("é", 0).unwrap().mean, [1.0, 2.0, 3.0]);
-    }
-
-    #[test]
-    fn a_run_of_other_lengths_is_left_out_and_replaced() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("runs.jsonl");
-        let whole = Run {
-            rmse: vec![0.0; 2],
-            rmse_clamped: vec![0.0; 2],
-            relmse: vec![0.0; 2],
-            correlation: vec![0.0; 2],
-            median: vec![1.0; 2],
-            blocks: vec![0.0; 3],
-            ..run("a", 0)
-        };
-        let lists: [fn(&mut Run) -> &mut Vec<f64>; 6] = [
-            |run| &mut run.rmse,
-            |run| &mut run.rmse_clamped,
-            |run| &mut run.relmse,
-            |run| &mut run.correlation,
-            |run| &mut run.median,
-            |run| &mut run.blocks,
-        ];
-        let mut store = Store::open(&path).unwrap();
-        for (seed, list) in (0..).zip(&lists) {
-            let mut longer = Run {
-                seed,
-                ..whole.clone()
-            };
-            list(&mut longer).push(0.0);
-            store.add(longer).unwrap();
-            let mut shorter = Run {
-                seed: 10 + seed,
-                ..whole.clone()
-            };
-            list(&mut shorter).pop();
-            store.add(shorter).unwrap();
+        // Every line is one object, as tools expect of such a file.
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text.lines().count(), 3);
+        for line in text.lines() {
+            let value: serde_json::Value = serde_json::from_str(line).unwrap();
+            assert!(value.is_object(), "{line}");
         }
-        assert_eq!(store.of("a", 0..20).len(), 2 * lists.len());
-        store.keep_whole("a", 2, 3);
-        assert!(store.of("a", 0..20).is_empty());
-        store.add(whole).unwrap();
-        let mut store = Store::open(&path).unwrap();
-        store.keep_whole("a", 2, 3);
-        assert_eq!(store.of("a", 0..20).len(), 1);
+        let all: Vec<(&str, u32)> = store
+            .all()
+            .map(|run| (run.key.as_str(), run.seed))
+            .collect();
+        assert_eq!(all, [("a", 0), ("a", 1), ("é", 0)]);
     }
 }

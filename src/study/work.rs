@@ -1,317 +1,442 @@
-//! The work of a study on one scene: it renders the runs that are missing, renders more runs where the interval of the bias
-//! is too wide for a verdict, and makes one row of results for each configuration.
+//! The work of a study on one scene: it renders the runs and the blocks of references that are missing. First all
+//! configurations get a few runs and a coarse reference, so that every row has a first result soon.
 
-use super::bias::{
-    self, Bias, CONFIRMING_SEEDS, Confirmation, MAX_HALF_WIDTH, MAX_REFERENCE_HALF_WIDTH,
-};
-use super::block_bias::BlockBias;
-use super::forecast::{Effort, Forecast};
+use super::bias::{MAX_HALF_WIDTH, MAX_REFERENCE_HALF_WIDTH};
+use super::cell::Cell;
+use super::forecast::{Effort, Task};
+use super::ledger::{Ledger, OnStep};
+use super::library::BlockFile;
 use super::plan::{Expect, Plan, Resolved};
 use super::planned_scene::PlannedScene;
-use super::reference::References;
-use super::results::Row;
-use super::store::Store;
-use super::subject::Subject;
-use crate::base::progress::Watch;
+use super::reference::{MEASURING_BLOCKS, References, SampleBlocks};
+use super::shard::Shard;
+use super::subject::{Subject, path_tracing};
 use crate::{Error, Result};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::time::Instant;
-
-/// The first seed of the runs of controls. A control is path tracing with about as much noise as a configuration, and the
-/// blocks of pixels of the configuration are compared with those of the control. The number is far from the seeds of other
-/// runs, so that no seed has two uses.
-const CONTROL_SEED: u32 = 1 << 20;
-/// The first seed of the runs that alone decide whether a configuration is biased after an alarm, which is a sign of bias in
-/// the first runs. It is far from the seeds of other runs, so that these runs are independent of the first ones.
-const CONFIRMING_SEED: u32 = 1 << 21;
 
 /// The number of samples per pixel that the forecast of the study's duration assumes for controls, which are path tracing
 /// for comparison with the blocks of a configuration. The real number is known only later, from the measured noise. This
 /// constant changes no result.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
-/// Sets in the forecast the number of steps of all work that `plan` requires on the scene `planned`, before any work begins,
-/// so that the first report of progress covers the whole study. `own` are the configurations that are rendered on this
-/// scene.
-pub fn forecast_scene(
-    forecast: &mut Forecast,
-    plan: &Plan,
-    planned: &PlannedScene,
-    own: &[&Resolved],
-) {
-    let (name, seeds) = (planned.name.as_str(), u64::from(plan.seeds));
-    let frames: u64 = own.iter().map(|c| u64::from(c.frames)).sum();
-    forecast.set_to_come(name, Effort::Runs, seeds * frames);
-    let repeats = own.iter().map(|c| u64::from(c.frames) * repeats(c)).sum();
-    forecast.set_to_come(name, Effort::Repeats, repeats);
-    let samples = planned.reference_spp.unwrap_or(plan.reference_spp);
-    // If nothing moves in the scene, all frames have the same one: then too many are expected until it is made.
-    let references = plan.fps.map_or(1, |_| u64::from(plan.frames));
-    forecast.set_to_come(name, Effort::References, references * u64::from(samples));
-    if own.iter().any(|c| c.expect == Expect::Unbiased) {
-        let frames = u64::from(1 + LIKELY_CONTROL_SAMPLES);
-        forecast.set_to_come(name, Effort::Controls, seeds * frames);
+/// A stage of a study, after which it has a certain number of seeds and of blocks of references on each scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stage {
+    /// The number of runs of each configuration.
+    pub seeds: u32,
+    /// The fraction of the blocks of references, in (0, 1]; those that runs are measured with are always among them.
+    pub blocks: f64,
+}
+
+impl Stage {
+    /// The stages of a plan, of which the last one has all seeds: two seeds, a quarter of the seeds, and all.
+    pub fn of(plan: &Plan) -> Vec<Self> {
+        let mut stages: Vec<Self> = [(2, 0.0), (plan.seeds.div_ceil(4), 0.25), (plan.seeds, 1.0)]
+            .map(|(seeds, blocks)| Self {
+                seeds: seeds.min(plan.seeds),
+                blocks,
+            })
+            .into();
+        stages.dedup_by(|later, earlier| {
+            let same = later.seeds <= earlier.seeds;
+            if same {
+                earlier.blocks = later.blocks;
+            }
+            same
+        });
+        stages
+    }
+
+    fn blocks_of(self, blocks: SampleBlocks) -> u32 {
+        let part = (f64::from(blocks.count) * self.blocks).ceil() as u32;
+        part.max(MEASURING_BLOCKS)
     }
 }
 
-/// The number of times that the run of a configuration with the first seed is repeated: once to find data races, and once
-/// more if the plan requests counts of rays.
-fn repeats(configuration: &Resolved) -> u64 {
-    1 + u64::from(configuration.count)
+/// One scene of a study, with the configurations that are rendered on it.
+#[derive(Clone, Copy)]
+pub struct Site<'a> {
+    /// The plan of the study.
+    pub plan: &'a Plan,
+    /// The index of the scene in the plan, from 0.
+    pub index: u64,
+    /// The scene in the plan.
+    pub planned: &'a PlannedScene,
+    /// The configurations that are rendered on the scene.
+    pub configurations: &'a [&'a Resolved],
+    /// The part of the work that this process does.
+    pub shard: Shard,
 }
 
-/// The work that a plan requires on one of its scenes, with all that it needs: the scene on the device, the finished runs,
-/// and the report of progress.
-pub struct Work<'a> {
-    /// The plan of the study. It states how many seeds each configuration gets, at first and at most.
-    plan: &'a Plan,
-    /// The number of samples per pixel of this scene's references: that of the scene or, if the scene has none, that of the
-    /// plan.
-    reference_spp: u32,
-    /// The scene on the device, with its references and renderers.
-    subject: Subject,
-    /// The finished runs of the study. Runs that it does not have are rendered and added to it.
-    store: &'a mut Store,
-    /// The forecast of the whole study. It is told the duration of each step, and estimates the fraction of the study that
-    /// is done.
-    forecast: &'a mut Forecast,
-    /// A callback that is called repeatedly with the fraction of the whole study that is done, in [0, 1]. An error from it
-    /// ends the work.
-    watch: &'a mut Watch<'a>,
-}
+impl Site<'_> {
+    /// The division of the scene's references into blocks of samples.
+    fn blocks(&self) -> SampleBlocks {
+        self.plan.blocks(self.planned)
+    }
 
-impl<'a> Work<'a> {
-    /// Prepares the work that `plan` requires on its scene `planned`; `subject` is this scene on the device. Finished runs
-    /// are taken from `store`, and new ones are added to it. `watch` is called with the fraction of the whole study that is
-    /// done, in [0, 1]; an error from it ends the work.
-    pub fn new(
-        plan: &'a Plan,
-        planned: &PlannedScene,
-        subject: Subject,
-        store: &'a mut Store,
-        forecast: &'a mut Forecast,
-        watch: &'a mut Watch<'a>,
-    ) -> Self {
-        Self {
-            plan,
-            reference_spp: planned.reference_spp.unwrap_or(plan.reference_spp),
-            subject,
-            store,
-            forecast,
-            watch,
+    fn task(&self, effort: Effort, configuration: &str) -> Task {
+        Task {
+            scene: self.planned.name.clone(),
+            effort,
+            configuration: configuration.to_owned(),
         }
     }
 
-    /// Renders the runs that are missing, and returns one row of results for each configuration, in the order of
-    /// `configurations`. The rows have no valid verdicts yet; [`judge`](super::results::judge) must set them when the rows
-    /// of all scenes are complete.
+    /// Sets in the forecast the number of steps of all work on the scene, before any work begins, so that the first report
+    /// of progress covers the whole study.
+    pub fn forecast(&self, ledger: &mut Ledger) {
+        let owned = |index: usize| {
+            let seeds = 0..u64::from(self.plan.seeds);
+            seeds.filter(|seed| self.owns(index, *seed)).count() as u64
+        };
+        for (index, configuration) in self.configurations.iter().enumerate() {
+            let frames = u64::from(configuration.frames);
+            let mut set = |effort, steps| {
+                let task = self.task(effort, &configuration.name);
+                ledger.forecast.set_to_come(task, steps);
+            };
+            set(Effort::Runs, owned(index) * frames);
+            if self.owns(index, 0) {
+                set(
+                    Effort::Repeats,
+                    (1 + u64::from(configuration.count)) * frames,
+                );
+            }
+            if self.shard.is_whole() && configuration.expect == Expect::Unbiased {
+                let samples = u64::from(1 + LIKELY_CONTROL_SAMPLES);
+                set(Effort::Controls, samples * u64::from(self.plan.seeds));
+            }
+        }
+        let blocks = self.blocks();
+        let own = self.owned_blocks(blocks.count).len() as u64;
+        // If nothing moves in the scene, all frames have the same one: then too many are expected until it is made.
+        let others = self.plan.fps.map_or(0, |_| u64::from(self.plan.frames) - 1);
+        let all = own + others * u64::from(MEASURING_BLOCKS);
+        let samples = all * u64::from(blocks.size);
+        (ledger.forecast).set_to_come(self.task(Effort::References, ""), samples);
+    }
+
+    /// True if this process renders the run with the seed `seed` of the configuration with the index `configuration`.
+    fn owns(&self, configuration: usize, seed: u64) -> bool {
+        self.shard.owns(&[self.index, configuration as u64, seed])
+    }
+
+    /// The blocks, with indices below `count`, that this process renders: its own ones, and those that all need to measure
+    /// their runs.
+    fn owned_blocks(&self, count: u32) -> Vec<u32> {
+        let is_owned = |block: &u32| {
+            *block < MEASURING_BLOCKS || self.shard.owns(&[self.index, u64::from(*block)])
+        };
+        (0..count).filter(is_owned).collect()
+    }
+}
+
+/// The work on one scene, with all that it needs: the scene on the device, what is known, and the report of progress.
+pub struct Work<'a> {
+    site: Site<'a>,
+    subject: &'a mut Subject,
+    ledger: &'a mut Ledger,
+    on_step: &'a mut OnStep<'a>,
+}
+
+impl<'a> Work<'a> {
+    /// Prepares the work on the scene `site`; `subject` is this scene on the device. Finished runs are taken from the store
+    /// of `ledger`, and new ones are added to it.
+    pub fn new(
+        site: Site<'a>,
+        subject: &'a mut Subject,
+        ledger: &'a mut Ledger,
+        on_step: &'a mut OnStep<'a>,
+    ) -> Self {
+        Self {
+            site,
+            subject,
+            ledger,
+            on_step,
+        }
+    }
+
+    fn cell<'c>(site: Site<'c>, subject: &'c Subject, configuration: &'c Resolved) -> Cell<'c> {
+        Cell {
+            plan: site.plan,
+            planned: site.planned,
+            configuration,
+            identity: &subject.identity,
+        }
+    }
+
+    /// Corrects the forecast by what is there already: finished runs, and blocks of references.
+    fn correct_forecast(&mut self) -> Result<()> {
+        let site = self.site;
+        for (index, configuration) in site.configurations.iter().enumerate() {
+            let cell = Self::cell(site, self.subject, configuration);
+            let seeds = 0..site.plan.seeds;
+            let done = cell.runs(&self.ledger.store, configuration, seeds.clone())?;
+            let done: BTreeSet<u32> = done.iter().map(|run| run.seed).collect();
+            let missing = seeds.filter(|s| site.owns(index, u64::from(*s)) && !done.contains(s));
+            let steps = missing.count() as u64 * u64::from(configuration.frames);
+            let task = site.task(Effort::Runs, &configuration.name);
+            self.ledger.forecast.set_to_come(task, steps);
+        }
+        let mut samples = BTreeMap::new();
+        let all = site.owned_blocks(site.blocks().count);
+        for configuration in site.configurations {
+            for (_, files) in self.reference_files(configuration, &all)? {
+                let missing = files.into_iter().filter(|(path, _)| !path.exists());
+                samples.extend(missing.map(|(path, samples)| (path, samples.len() as u64)));
+            }
+        }
+        let task = site.task(Effort::References, "");
+        (self.ledger.forecast).set_to_come(task, samples.values().sum());
+        Ok(())
+    }
+
+    /// Renders the runs and the blocks of references of a stage that are missing.
     ///
     /// # Errors
     /// The device or the disk fails, a reference cannot be made or read, the scene cannot be rendered at the time of a
-    /// frame, or `watch` returns an error.
-    pub fn rows(&mut self, configurations: &[&Resolved]) -> Result<Vec<Row>> {
+    /// frame, or the callback returns an error.
+    pub fn stage(&mut self, stage: Stage) -> Result<()> {
+        self.correct_forecast()?;
+        let site = self.site;
+        let blocks = site.owned_blocks(stage.blocks_of(site.blocks()));
+        for configuration in site.configurations {
+            self.references(configuration, &blocks)?;
+        }
+        let indexed: Vec<(usize, &Resolved)> =
+            site.configurations.iter().copied().enumerate().collect();
         // Configurations take turns, so that what disturbs the machine disturbs all alike.
-        self.forecast
-            .set_to_come(&self.subject.name, Effort::Runs, 0);
-        self.run(Effort::Runs, configurations, 0..self.plan.seeds)?;
-        let seeds = self.extend(configurations)?;
-        let rows = (configurations.iter())
-            .map(|configuration| self.row(configuration, seeds, configurations.len()))
-            .collect();
-        self.forecast.close(&self.subject.name);
-        rows
-    }
-
-    /// Makes the references of the configurations in `claims`, and refuses a reference with too large an error. The caller
-    /// ensures that the plan expects these configurations to be unbiased. The interval of a bias contains the error of the
-    /// reference, so no number of runs could make the interval narrow enough for a proof with such a reference.
-    ///
-    /// # Errors
-    /// The half-width of a reference exceeds [`MAX_REFERENCE_HALF_WIDTH`], or an error of [`Self::rows`] occurs.
-    pub fn check_references(&mut self, claims: &[&Resolved]) -> Result<()> {
-        let spp = self.reference_spp;
-        for configuration in claims {
-            let references = self.references(configuration)?;
-            let reference = references.last();
-            let width = reference.half_width();
-            if width > MAX_REFERENCE_HALF_WIDTH {
-                let needed = reference.samples_for(MAX_REFERENCE_HALF_WIDTH);
-                return Err(Error::input(format!(
-                    "scene {}: its reference of {spp} samples per pixel has the mean within ±{:.2} % only; give it a reference_spp of about {:.0}",
-                    self.subject.name,
-                    100.0 * width,
-                    needed.ceil()
-                )));
+        for seed in 0..stage.seeds {
+            for (index, configuration) in &indexed {
+                if site.owns(*index, u64::from(seed)) {
+                    self.run(Effort::Runs, configuration, seed)?;
+                }
             }
         }
         Ok(())
     }
 
-    /// Renders runs with further seeds of each configuration that is expected to be unbiased, until its interval is at most
-    /// as wide as [`MAX_HALF_WIDTH`] allows or the plan's maximum of seeds is reached. A wider interval proves nothing. Returns the
-    /// largest number of seeds of any configuration; those with a narrow interval have fewer.
-    fn extend(&mut self, configurations: &[&Resolved]) -> Result<u32> {
-        let mut seeds = self.plan.seeds;
-        while seeds < self.plan.most_seeds() {
+    /// Renders what depends on the results of the stages: repetitions, more seeds and more samples of references where the
+    /// interval of a bias is too wide for a verdict, controls, and fresh seeds after an alarm. A shard renders only the
+    /// repetitions, because it does not know the results of the others.
+    ///
+    /// # Errors
+    /// As for [`Self::stage`].
+    pub fn finish(&mut self) -> Result<()> {
+        let site = self.site;
+        for (index, configuration) in site.configurations.iter().enumerate() {
+            if site.owns(index, 0) {
+                self.repeat(configuration)?;
+            }
+        }
+        let claims = site.configurations.iter().copied();
+        let claims: Vec<&Resolved> = claims
+            .filter(|c| site.shard.is_whole() && c.expect == Expect::Unbiased)
+            .collect();
+        for configuration in &claims {
+            self.improve_reference(configuration)?;
+        }
+        self.extend(&claims)?;
+        for configuration in &claims {
+            self.control(configuration)?;
+            self.confirm(configuration)?;
+        }
+        Ok(())
+    }
+
+    /// Renders the run of seed 0 again, and once more to count if the plan requests counts.
+    fn repeat(&mut self, configuration: &Resolved) -> Result<()> {
+        let cell = Self::cell(self.site, self.subject, configuration);
+        let keys = cell.repeats()?;
+        for (key, counts) in keys.into_iter().zip([false, true]) {
+            if counts && !configuration.count || self.ledger.store.find(&key, 0).is_some() {
+                continue;
+            }
+            self.measure(Effort::Repeats, configuration, 0, key, counts)?;
+        }
+        let task = self.site.task(Effort::Repeats, &configuration.name);
+        self.ledger.forecast.set_to_come(task, 0);
+        Ok(())
+    }
+
+    /// Adds samples to the reference of a configuration until its mean is known well enough for a verdict, or it has as many
+    /// as the plan permits.
+    fn improve_reference(&mut self, configuration: &Resolved) -> Result<()> {
+        let most = self.site.plan.most_blocks(self.site.blocks());
+        let mut count = self.site.blocks().count;
+        loop {
+            let references = self.known(configuration)?;
+            if count >= most || references.last().half_width() <= MAX_REFERENCE_HALF_WIDTH {
+                return Ok(());
+            }
+            count = (2 * count).min(most);
+            let all: Vec<u32> = (0..count).collect();
+            self.references(configuration, &all)?;
+        }
+    }
+
+    /// Renders runs with further seeds of each configuration, until its interval is at most as wide as [`MAX_HALF_WIDTH`]
+    /// allows or the plan's maximum of seeds is reached. A wider interval proves nothing.
+    fn extend(&mut self, configurations: &[&Resolved]) -> Result<()> {
+        let plan = self.site.plan;
+        let mut seeds = plan.seeds;
+        while seeds < plan.most_seeds() {
             let mut wide = Vec::new();
             for configuration in configurations {
-                if configuration.expect == Expect::Unbiased
-                    && self.bias(configuration, seeds)?.largest_half_width() > MAX_HALF_WIDTH
-                {
+                let cell = Self::cell(self.site, self.subject, configuration);
+                let row = cell.row(self.ledger, self.site.configurations.len())?;
+                let half_width = row.bias.map_or(0.0, |bias| bias.largest_half_width());
+                if row.seeds == seeds as usize && half_width > MAX_HALF_WIDTH {
                     wide.push(*configuration);
                 }
             }
-            if wide.is_empty() {
-                break;
-            }
-            let more = (seeds + self.plan.seeds).min(self.plan.most_seeds());
-            self.run(Effort::Runs, &wide, seeds..more)?;
+            let more = (seeds + plan.seeds).min(plan.most_seeds());
+            self.turns(Effort::Runs, &wide, seeds..more)?;
             seeds = more;
         }
-        Ok(seeds)
+        Ok(())
     }
 
-    /// Makes the row of results of one configuration from its runs with seeds below `seeds`. If the plan expects no bias,
-    /// but these runs raise an alarm (a sign of bias), it also renders runs with fresh seeds, which then decide. `all` is
-    /// the number of configurations on the scene; the more there are, the stronger a sign must be to raise an alarm.
-    fn row(&mut self, configuration: &Resolved, seeds: u32, all: usize) -> Result<Row> {
-        let key = self.subject.key(configuration)?;
-        let bias = self.bias(configuration, seeds)?;
-        let blocks_p_value = match configuration.expect {
-            Expect::Unbiased => self.blocks_p_value(configuration)?,
-            Expect::Biased | Expect::Any => 1.0,
-        };
-        let references = self.references(configuration)?;
-        let runs = self.store.of(&key, 0..seeds);
-        let block_bias = BlockBias::measure(&runs, references.last());
-        let name = &self.subject.name;
-        let mut row = Row::new(name, configuration, &runs, bias, block_bias, blocks_p_value)?;
-        if configuration.expect == Expect::Unbiased && row.alarms(all) {
-            // Fewer could not see what the first ones saw.
-            let count = CONFIRMING_SEEDS.max(row.bias.seeds as u32);
-            let fresh = CONFIRMING_SEED..CONFIRMING_SEED + count;
-            self.run(Effort::Runs, &[configuration], fresh.clone())?;
-            let fresh = self.store.of(&key, fresh);
-            row.rejected += fresh.iter().map(|run| u64::from(run.rejected)).sum::<u64>();
-            row.confirmation = Some(Confirmation::measure(
-                &self.store.of(&key, 0..seeds),
-                &fresh,
-                references.last(),
-            ));
+    /// Renders the controls of a configuration.
+    fn control(&mut self, configuration: &Resolved) -> Result<()> {
+        let cell = Self::cell(self.site, self.subject, configuration);
+        let seeds = cell.control_seeds();
+        let single = cell.controls(&self.ledger.store)?.single;
+        self.turns(Effort::Controls, &[&single], seeds.clone())?;
+        let cell = Self::cell(self.site, self.subject, configuration);
+        if let Some(control) = cell.controls(&self.ledger.store)?.matching {
+            self.turns(Effort::Controls, &[&control], seeds)?;
         }
-        if let Some(first) = self.store.find(&key, 0) {
-            let start = Instant::now();
-            let again = self.subject.repeat(configuration, 0, &references)?;
-            row.replays = again.same_as(first);
-            self.step(Effort::Repeats, configuration.frames, start)?;
-        }
-        if configuration.count {
-            let start = Instant::now();
-            row.counts = self.subject.counts(configuration, 0, &references)?;
-            self.step(Effort::Repeats, configuration.frames, start)?;
-        }
-        Ok(row)
+        let task = self.site.task(Effort::Controls, &configuration.name);
+        self.ledger.forecast.set_to_come(task, 0);
+        Ok(())
     }
 
-    /// Records in the forecast that `frames` frames of one kind of work are done, and that they took the time since `start`.
-    /// Then calls `watch` with the fraction of the study that is done; its error ends the work.
-    fn step(&mut self, effort: Effort, frames: u32, start: Instant) -> Result<()> {
-        let (name, frames) = (&self.subject.name, u64::from(frames));
-        self.forecast.done(name, effort, frames, start.elapsed());
-        (self.watch)(self.forecast.fraction())
+    /// If the first runs of a configuration raise an alarm (a sign of bias), renders runs with fresh seeds, which then
+    /// decide.
+    fn confirm(&mut self, configuration: &Resolved) -> Result<()> {
+        let all = self.site.configurations.len();
+        let cell = Self::cell(self.site, self.subject, configuration);
+        let row = cell.row(self.ledger, all)?;
+        if row.alarms(all) && row.confirmation.is_none() {
+            let fresh = Cell::confirming_seeds(row.seeds);
+            self.turns(Effort::Runs, &[configuration], fresh)?;
+        }
+        Ok(())
     }
 
     /// Renders one run for each of the configurations and each seed in `seeds`, unless the store already has this run. For
     /// each seed, the configurations take turns, so that a disturbance of the machine affects the times of all of them.
-    fn run(
+    fn turns(
         &mut self,
         effort: Effort,
         configurations: &[&Resolved],
         seeds: Range<u32>,
     ) -> Result<()> {
-        let mut missing = 0;
         for configuration in configurations {
-            let key = self.subject.key(configuration)?;
-            let blocks = self.subject.blocks();
-            (self.store).keep_whole(&key, configuration.frames as usize, blocks);
-            let runs = seeds.len() - self.store.of(&key, seeds.clone()).len();
-            missing += runs as u64 * u64::from(configuration.frames);
+            let steps = seeds.len() as u64 * u64::from(configuration.frames);
+            let task = self.site.task(effort, &configuration.name);
+            self.ledger.forecast.set_to_come(task, steps);
         }
-        let name = self.subject.name.clone();
-        self.forecast.raise_to_come(&name, effort, missing);
         for seed in seeds {
             for configuration in configurations {
-                let key = self.subject.key(configuration)?;
-                if self.store.find(&key, seed).is_some() {
-                    continue;
-                }
-                let references = self.references(configuration)?;
-                let start = Instant::now();
-                self.subject
-                    .run(configuration, seed, &references, self.store)?;
-                self.step(effort, configuration.frames, start)?;
+                self.run(effort, configuration, seed)?;
             }
         }
         Ok(())
     }
 
-    fn references(&mut self, configuration: &Resolved) -> Result<References> {
-        let Self {
-            subject,
-            forecast,
-            watch,
-            reference_spp,
-            ..
-        } = self;
-        let name = subject.name.clone();
-        let (mut heard, mut before) = (Instant::now(), 0.0);
-        let references = subject.references(configuration, *reference_spp, &mut |fraction| {
-            // A reference for each frame begins again at 0.
-            let more = if fraction > before {
-                fraction - before
+    /// Renders the run of a configuration with one seed, unless the store already has it.
+    fn run(&mut self, effort: Effort, configuration: &Resolved, seed: u32) -> Result<()> {
+        let cell = Self::cell(self.site, self.subject, configuration);
+        let key = cell.key(configuration)?;
+        if !cell
+            .runs(&self.ledger.store, configuration, seed..seed + 1)?
+            .is_empty()
+        {
+            return Ok(());
+        }
+        self.measure(effort, configuration, seed, key, false)
+    }
+
+    fn measure(
+        &mut self,
+        effort: Effort,
+        configuration: &Resolved,
+        seed: u32,
+        key: String,
+        counts: bool,
+    ) -> Result<()> {
+        let references = self.known(configuration)?;
+        let start = Instant::now();
+        let run = (self.subject).run(configuration, seed, &references, counts)?;
+        self.ledger.store.add(super::run::Run { key, ..run })?;
+        let task = self.site.task(effort, &configuration.name);
+        let frames = u64::from(configuration.frames);
+        self.ledger.forecast.done(task, frames, start.elapsed());
+        (self.on_step)(self.ledger)
+    }
+
+    /// The references of a configuration, from the blocks that have files.
+    fn known(&mut self, configuration: &Resolved) -> Result<References> {
+        let cell = Self::cell(self.site, self.subject, configuration);
+        cell.references(self.ledger)?.ok_or_else(|| {
+            Error::failed(format!(
+                "the references of scene {} were removed while the study was running",
+                self.site.planned.name
+            ))
+        })
+    }
+
+    /// The times of the references of a configuration, each with the paths and the samples of its blocks: those with the
+    /// indices `last` for the last frame, and those that runs are measured with for the other frames.
+    fn reference_files(
+        &self,
+        configuration: &Resolved,
+        last: &[u32],
+    ) -> Result<Vec<(f64, Vec<BlockFile>)>> {
+        let blocks = self.site.blocks();
+        let settings = path_tracing(&configuration.settings);
+        let identity = &self.subject.identity;
+        let times = identity.times(configuration);
+        let others: Vec<u32> = (0..MEASURING_BLOCKS).collect();
+        let files = times.iter().enumerate().map(|(index, time)| {
+            let wanted = if index + 1 == times.len() {
+                last
             } else {
-                fraction
+                &others
             };
-            let samples = (more * f64::from(*reference_spp)).round() as u64;
-            forecast.done(&name, Effort::References, samples, heard.elapsed());
-            (heard, before) = (Instant::now(), fraction);
-            watch(forecast.fraction())
-        })?;
-        forecast.set_to_come(&name, Effort::References, 0);
-        Ok(references)
+            let key = identity.reference_key(&settings, *time, blocks)?;
+            let files = (self.ledger.library).files(&key, blocks, wanted.iter().copied());
+            Ok((*time, files))
+        });
+        files.collect()
     }
 
-    fn bias(&mut self, configuration: &Resolved, seeds: u32) -> Result<Bias> {
-        let references = self.references(configuration)?;
-        let key = self.subject.key(configuration)?;
-        Ok(Bias::measure(
-            &self.store.of(&key, 0..seeds),
-            references.last(),
-        ))
-    }
-
-    /// The p-value for a bias in blocks of pixels of the configuration; a small value raises an alarm. It renders the
-    /// missing runs of a control and compares the blocks with those of the control. A control is path tracing, which has no
-    /// bias, with about as much noise as the configuration and as many runs as the plan has seeds.
-    fn blocks_p_value(&mut self, configuration: &Resolved) -> Result<f64> {
-        let seeds = self.plan.seeds;
-        let own = self.subject.key(configuration)?;
-        let control_seeds = CONTROL_SEED..CONTROL_SEED + self.plan.seeds;
-        let single = bias::control(configuration, 1);
-        self.run(Effort::Controls, &[&single], control_seeds.clone())?;
-        let single = self.subject.key(&single)?;
-        let samples = bias::control_samples(
-            &self.store.of(&own, 0..seeds),
-            &self.store.of(&single, control_seeds.clone()),
-        );
-        let control = bias::control(configuration, samples);
-        self.run(Effort::Controls, &[&control], control_seeds.clone())?;
-        let control = self.subject.key(&control)?;
-        let references = self.references(configuration)?;
-        Ok(bias::blocks_p_value(
-            &self.store.of(&own, 0..seeds),
-            &self.store.of(&control, control_seeds),
-            references.last(),
-        ))
+    /// Renders the blocks of the references of a configuration that have no file; `last` has the indices of the blocks of the
+    /// last frame.
+    fn references(&mut self, configuration: &Resolved, last: &[u32]) -> Result<()> {
+        let task = self.site.task(Effort::References, "");
+        for (time, files) in self.reference_files(configuration, last)? {
+            let (mut heard, mut before) = (Instant::now(), 0.0);
+            let Self {
+                subject,
+                ledger,
+                on_step,
+                ..
+            } = self;
+            subject.render_reference(configuration, time, &files, &mut |samples| {
+                let more = (samples - before).max(0.0).floor();
+                if more > 0.0 {
+                    let task = task.clone();
+                    ledger.forecast.done(task, more as u64, heard.elapsed());
+                    (heard, before) = (Instant::now(), before + more);
+                }
+                on_step(ledger)
+            })?;
+        }
+        Ok(())
     }
 }

@@ -5,9 +5,10 @@ use headwater::metrics::error::Errors;
 use headwater::render::{Clock, Settings, View};
 use headwater::scene::{MovingCamera, Scene};
 use headwater::study::bias;
+use headwater::study::library::Library;
 use headwater::study::plan::{Expect, Resolved};
-use headwater::study::store::Store;
-use headwater::study::subject::Subject;
+use headwater::study::reference::{References, SampleBlocks};
+use headwater::study::subject::{Subject, path_tracing};
 
 const FRAMES: u32 = 4;
 const FRAMES_A_SECOND: f64 = 4.0;
@@ -31,8 +32,8 @@ fn configuration() -> Resolved {
     }
 }
 
-/// A study subject for a scene on the tests' device, with its store in a temporary folder.
-fn subject(scene: &Scene, bounces: u32) -> (tempfile::TempDir, Store, Subject) {
+/// A study subject for a scene on the tests' device, and a library of its references in a temporary folder.
+fn subject(scene: &Scene, bounces: u32) -> (tempfile::TempDir, Library, Subject) {
     let (device, selection) = support::open_device(None);
     let folder = tempfile::tempdir().unwrap();
     let camera = MovingCamera::of(scene, 0);
@@ -44,11 +45,30 @@ fn subject(scene: &Scene, bounces: u32) -> (tempfile::TempDir, Store, Subject) {
         bounces,
         jitter: false,
     };
-    let path = folder.path().to_owned();
     let variant = selection.variant;
-    let subject = Subject::new("scene", scene, view, Some(camera), &device, variant, path);
-    let store = Store::open(&folder.path().join("runs.jsonl")).unwrap();
-    (folder, store, subject.unwrap())
+    let subject = Subject::new("scene", scene, view, Some(camera), &device, variant);
+    let library = Library::new(folder.path().to_owned());
+    (folder, library, subject.unwrap())
+}
+
+/// Renders the references of a configuration with `samples` samples per pixel each.
+fn references(
+    library: &mut Library,
+    subject: &Subject,
+    configuration: &Resolved,
+    samples: u32,
+) -> References {
+    let blocks = SampleBlocks::new(samples, false);
+    let settings = path_tracing(&configuration.settings);
+    let identity = &subject.identity;
+    for time in identity.times(configuration) {
+        let key = identity.reference_key(&settings, time, blocks).unwrap();
+        let files = library.files(&key, blocks, 0..blocks.count);
+        let rendered = subject.render_reference(configuration, time, &files, &mut |_| Ok(()));
+        rendered.unwrap();
+    }
+    let found = library.references(identity, configuration, blocks, blocks.count);
+    found.unwrap().unwrap()
 }
 
 /// A scene with emission alone has no noise, so a frame must equal its own reference, and must differ from the references of
@@ -56,16 +76,11 @@ fn subject(scene: &Scene, bounces: u32) -> (tempfile::TempDir, Store, Subject) {
 #[test]
 fn each_frame_is_measured_against_its_own_reference() {
     for moving in ["camera", "light", "toggle"] {
-        let (_folder, mut store, mut subject) = subject(&playroom(&[moving], 1.0), 0);
+        let (_folder, mut library, mut subject) = subject(&playroom(&[moving], 1.0), 0);
         let configuration = configuration();
-        let references = subject.references(&configuration, 2, &mut |_| Ok(()));
-        let references = references.unwrap();
-        subject
-            .run(&configuration, 7, &references, &mut store)
-            .unwrap();
-        let key = subject.key(&configuration).unwrap();
-        let run = store.find(&key, 7).unwrap();
-        assert_eq!(run.rmse, [0.0; FRAMES as usize], "{moving}");
+        let references = references(&mut library, &subject, &configuration, 4);
+        let run = subject.run(&configuration, 7, &references, false).unwrap();
+        assert_eq!(run.mse, [0.0; FRAMES as usize], "{moving}");
         for frame in 1..FRAMES {
             let [one, other] = [frame - 1, frame].map(|frame| &references.of(frame).mean);
             let rmse = Errors::between(one, other).rmse;
@@ -76,19 +91,15 @@ fn each_frame_is_measured_against_its_own_reference() {
 
 #[test]
 fn a_control_shows_what_the_last_frame_shows() {
-    let (_folder, mut store, mut subject) = subject(&playroom(&["camera", "object"], 4.0), 1);
+    let (_folder, mut library, mut subject) = subject(&playroom(&["camera", "object"], 4.0), 1);
     let configuration = configuration();
-    let references = subject.references(&configuration, SAMPLES, &mut |_| Ok(()));
-    let references = references.unwrap();
     let control = bias::control(&configuration, SAMPLES);
-    let own = subject
-        .references(&control, SAMPLES, &mut |_| Ok(()))
-        .unwrap();
+    let [references, own] = [&configuration, &control]
+        .map(|configuration| references(&mut library, &subject, configuration, SAMPLES));
     assert!(references.differ() && !own.differ());
     assert!(std::ptr::eq(own.last(), references.last()));
-    subject.run(&control, 7, &own, &mut store).unwrap();
-    let run = store.find(&subject.key(&control).unwrap(), 7).unwrap();
-    let rmse = run.rmse[SAMPLES as usize - 1];
+    let run = subject.run(&control, 7, &own, false).unwrap();
+    let rmse = run.mse[SAMPLES as usize - 1].max(0.0).sqrt();
     for frame in 0..FRAMES - 1 {
         let other = &references.of(frame).mean;
         let wrong = Errors::between(&own.last().mean, other).rmse;
@@ -99,13 +110,14 @@ fn a_control_shows_what_the_last_frame_shows() {
 
 #[test]
 fn runs_at_other_times_are_other_runs() {
-    let (_folder, _store, subject) = subject(&playroom(&["light"], 1.0), 0);
+    let (_folder, _library, subject) = subject(&playroom(&["light"], 1.0), 0);
     let key = |clock: Clock| {
         let configuration = Resolved {
             clock,
             ..configuration()
         };
-        subject.key(&configuration).unwrap()
+        let blocks = SampleBlocks::new(SAMPLES, false);
+        (subject.identity).run_key(&configuration, blocks).unwrap()
     };
     let clock = configuration().clock;
     let others = [

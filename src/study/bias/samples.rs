@@ -7,13 +7,14 @@ pub const BLOCKS: usize = 6;
 /// A reference of six blocks in a row, each of luminance 1 and almost without error, for tests of the bias check.
 pub fn reference() -> Reference {
     let side = crate::study::reference::BLOCK;
-    Reference {
-        width: (BLOCKS * side) as u32,
-        mean: vec![[1.0; 3]; BLOCKS * side * side],
-        error: vec![[0.001; 3]; BLOCKS * side * side],
-        emission: vec![[0.0; 3]; BLOCKS * side * side],
-        samples: 4096,
-    }
+    let pixels = BLOCKS * side * side;
+    let width = (BLOCKS * side) as u32;
+    Reference::known(
+        width,
+        vec![[1.0; 3]; pixels],
+        vec![[0.001; 3]; pixels],
+        4096,
+    )
 }
 
 /// A reference of six blocks with known errors. Block `b` is the mean of `counts[b]` runs, so a smaller count gives a

@@ -1,0 +1,74 @@
+//! `study --list`: the plans that come with the program.
+
+use crate::Result;
+use crate::commands::print;
+use crate::study::plan::Plan;
+use crate::study::plans::PLANS;
+use std::fmt::Write as _;
+
+/// The time of one pixel of one sample of path tracing with one scattering event, in microseconds, on two CPU cores with
+/// lavapipe. It is a rough mean over the generated scenes; further events of a path cost about as much.
+const MICROSECONDS: f64 = 1.2;
+/// The time of a frame of resampling, relative to a sample of path tracing: a rough mean over presets and scenes.
+const RESAMPLING: f64 = 2.5;
+
+/// Prints each plan with its purpose, its numbers of scenes, configurations and runs, and a rough time.
+///
+/// # Errors
+/// A plan is wrong, which a test excludes, or stdout cannot be written.
+pub fn run() -> Result<()> {
+    let mut text = String::new();
+    for (name, _) in PLANS {
+        let plan = Plan::open(name)?;
+        let configurations = plan.resolve()?;
+        let cells = plan.scenes.iter().map(|scene| {
+            let own = configurations.iter().filter(|c| c.is_for(&scene.name));
+            own.count()
+        });
+        let runs = cells.sum::<usize>() as u64 * u64::from(plan.seeds);
+        let _ = writeln!(
+            text,
+            "{name}: {}\n    {}, {}, {runs} runs, about {} on two CPU cores",
+            plan.purpose,
+            counted(plan.scenes.len(), "scene"),
+            counted(configurations.len(), "configuration"),
+            duration(seconds(&plan)?)
+        );
+    }
+    print(text.trim_end())
+}
+
+/// A number with a noun, in the plural where it must be.
+fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
+/// A rough time of the whole study in seconds, without more seeds than the plan states.
+fn seconds(plan: &Plan) -> Result<f64> {
+    let configurations = plan.resolve()?;
+    let pixels = f64::from(plan.width).powi(2) * 9.0 / 16.0;
+    let sample = MICROSECONDS * 1e-6 * pixels * f64::from(plan.bounces);
+    let mut samples = 0.0;
+    for scene in &plan.scenes {
+        let blocks = plan.blocks(scene);
+        samples += f64::from(blocks.size * blocks.count);
+        for own in configurations.iter().filter(|c| c.is_for(&scene.name)) {
+            let cost = match crate::study::costs::is_path_tracing(own) {
+                true => 1.0,
+                false => RESAMPLING,
+            };
+            samples += cost * f64::from(plan.seeds) * f64::from(own.frames);
+        }
+    }
+    Ok(samples * sample)
+}
+
+/// A duration in words, rounded to what a rough estimate says.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        ..45.0 => "a minute".to_owned(),
+        ..5400.0 => format!("{:.0} minutes", (seconds / 60.0).ceil()),
+        _ => format!("{:.0} hours", seconds / 3600.0),
+    }
+}

@@ -1,0 +1,157 @@
+//! `study merge`: joins the folders of the shards of a study.
+
+use super::{DeviceArgs, conduct, report};
+use crate::base::input_files;
+use crate::commands::choices::LoadArgs;
+use crate::commands::notice;
+use crate::study::folder::{self, Folder};
+use crate::study::forecast::Forecast;
+use crate::study::ledger::Ledger;
+use crate::study::library::Library;
+use crate::study::manifest::Manifest;
+use crate::study::outputs::Outputs;
+use crate::study::shard::Shard;
+use crate::study::store::Store;
+use crate::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// The command-line arguments of `headwater study merge`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The folders of the shards
+    #[arg(required = true)]
+    shards: Vec<PathBuf>,
+    /// The folder for the whole study: a new one, or one of an earlier merge of the same study
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Only join what the shards have: render nothing, neither the repetitions after a sign of bias, nor more seeds where
+    /// an interval is too wide, which depend on the results of all shards
+    #[arg(long)]
+    no_render: bool,
+    #[command(flatten)]
+    load: LoadArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// Joins the runs and the references of the shards, and writes the results. If all shards are complete, the study then goes
+/// on with the work that depends on all results.
+///
+/// # Errors
+/// A folder has no study, the studies differ, a shard is given twice or missing, or as for a study.
+pub fn run(args: &Args) -> Result<()> {
+    let mut manifests = Vec::new();
+    for folder in &args.shards {
+        let path = folder::manifest(folder);
+        let manifest = Manifest::read(&path)?.ok_or_else(|| {
+            Error::input(format!(
+                "{} has no study: there is no file {}",
+                folder.display(),
+                path.display()
+            ))
+        })?;
+        manifests.push((folder, manifest));
+    }
+    let Some((first_folder, first)) = manifests.first().cloned() else {
+        return Err(Error::input("name the folders of the shards"));
+    };
+    let mut whole = first.clone();
+    whole.shard = Shard::WHOLE;
+    for (index, (folder, manifest)) in manifests.iter().enumerate() {
+        if let Some(why) = whole.difference(manifest) {
+            return Err(Error::input(format!(
+                "{} and {} do not fit together: {why}",
+                first_folder.display(),
+                folder.display()
+            )));
+        }
+        let same = |(_, other): &&(&PathBuf, Manifest)| other.shard == manifest.shard;
+        if let Some((other, _)) = manifests[..index].iter().find(same) {
+            return Err(Error::input(format!(
+                "{} and {} are the same shard",
+                other.display(),
+                folder.display()
+            )));
+        }
+        if manifest.shard.count != first.shard.count {
+            return Err(Error::input(format!(
+                "{} and {} are of studies with different numbers of shards",
+                first_folder.display(),
+                folder.display()
+            )));
+        }
+        for identity in &manifest.scenes {
+            whole.remember(identity);
+        }
+    }
+    let missing = first.shard.count - manifests.len() as u64;
+    let (plan, configurations) = whole.request.plan()?;
+    // The order of the plan, whoever loaded a scene first.
+    let order = |name: &str| plan.scenes.iter().position(|scene| scene.name == name);
+    whole.scenes.sort_by_key(|identity| order(&identity.scene));
+    let folder = Folder::open(&args.output)?;
+    if let Some(old) = Manifest::read(&folder.manifest())?
+        && let Some(why) = old.difference(&whole)
+    {
+        return Err(Error::input(format!(
+            "{} has another study, because {why}; name another folder with --output",
+            args.output.display()
+        )));
+    }
+    let mut store = Store::open(&folder.runs())?;
+    for (shard, _) in &manifests {
+        for run in Store::open(&folder::runs(shard))?.all() {
+            if store.find(&run.key, run.seed).is_none() {
+                store.add(run.clone())?;
+            }
+        }
+        copy_references(&folder::references(shard), &folder.references())?;
+    }
+    whole.write(&folder.manifest())?;
+    let mut ledger = Ledger {
+        store,
+        library: Library::new(folder.references()),
+        forecast: Forecast::default(),
+    };
+    let outputs = Outputs::new(folder.path());
+    let results = outputs.write((&plan, &configurations), &whole, &mut ledger)?;
+    let lacking: usize = (results.rows.iter())
+        .map(|row| (plan.seeds as usize).saturating_sub(row.seeds))
+        .sum();
+    if args.no_render || missing > 0 || lacking > 0 {
+        if missing > 0 || lacking > 0 {
+            notice(&format!(
+                "{missing} of {} shards and {lacking} runs are missing; run the command of an incomplete shard again, and merge again",
+                first.shard.count
+            ));
+        }
+        return report(&results, Shard::WHOLE);
+    }
+    drop(folder);
+    conduct(
+        &args.output,
+        whole.request,
+        Shard::WHOLE,
+        args.load,
+        &args.device,
+    )
+}
+
+/// Copies the files of references that are not there yet.
+fn copy_references(from: &Path, to: &Path) -> Result<()> {
+    let entries = from.read_dir().map_err(|e| Error::reading(from, e))?;
+    for entry in entries {
+        let entry = entry.map_err(|e| Error::reading(from, e))?;
+        let (path, copy) = (entry.path(), to.join(entry.file_name()));
+        let is_picture = path.extension().is_some_and(|ending| ending == "exr");
+        // Others are unfinished files of a shard that was killed.
+        let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
+        if is_picture && !is_hidden && !copy.exists() {
+            let bytes = input_files::read(&path)?;
+            crate::base::files::write_atomically(&copy, |file| {
+                std::io::Write::write_all(file, &bytes)
+            })?;
+        }
+    }
+    Ok(())
+}

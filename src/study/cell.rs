@@ -1,0 +1,179 @@
+//! One configuration on one scene of a study: the keys of its runs, and the row of results that follows from those that are
+//! finished.
+
+use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation};
+use super::block_bias::BlockBias;
+use super::identity::Identity;
+use super::ledger::Ledger;
+use super::plan::{Expect, Plan, Resolved};
+use super::planned_scene::PlannedScene;
+use super::reference::{References, SampleBlocks};
+use super::results::{Findings, Row};
+use super::run::Run;
+use super::store::Store;
+use crate::Result;
+use std::ops::Range;
+
+/// The first seed of the runs of controls. A control is path tracing with about as much noise as a configuration, and the
+/// blocks of pixels of the configuration are compared with those of the control. The number is far from the seeds of other
+/// runs, so that no seed has two uses.
+const CONTROL_SEED: u32 = 1 << 20;
+/// The first seed of the runs that alone decide whether a configuration is biased after an alarm, which is a sign of bias in
+/// the first runs. It is far from the seeds of other runs, so that these runs are independent of the first ones.
+const CONFIRMING_SEED: u32 = 1 << 21;
+
+/// One configuration on one scene of a study.
+#[derive(Clone, Copy)]
+pub struct Cell<'a> {
+    /// The plan of the study, which states the numbers of seeds.
+    pub plan: &'a Plan,
+    /// The scene, which can have a number of samples for references of its own.
+    pub planned: &'a PlannedScene,
+    /// The configuration.
+    pub configuration: &'a Resolved,
+    /// The hashes by which the runs and references of the scene are stored.
+    pub identity: &'a Identity,
+}
+
+/// The controls of a cell: runs of path tracing, with whose blocks of pixels those of the configuration are compared.
+pub struct Controls {
+    /// Path tracing with one sample per pixel. Its noise decides how many samples the other one gets.
+    pub single: Resolved,
+    /// Path tracing with about as much noise as the configuration; `None` as long as runs are missing that decide its number
+    /// of samples.
+    pub matching: Option<Resolved>,
+}
+
+impl<'a> Cell<'a> {
+    /// The division of the scene's references into blocks of samples.
+    pub fn blocks(&self) -> SampleBlocks {
+        self.plan.blocks(self.planned)
+    }
+
+    /// The key and the seeds of the runs that repeat the run of seed 0: to find data races, and to count.
+    ///
+    /// # Errors
+    /// The settings have no JSON form, which cannot happen with finite numbers.
+    pub fn repeats(&self) -> Result<[String; 2]> {
+        let key = self.key(self.configuration)?;
+        Ok([format!("{key}-repeat"), format!("{key}-counts")])
+    }
+
+    /// The key by which the runs of a configuration are stored, either of the cell's own or of a control.
+    ///
+    /// # Errors
+    /// As for [`Self::repeats`].
+    pub fn key(&self, configuration: &Resolved) -> Result<String> {
+        self.identity.run_key(configuration, self.blocks())
+    }
+
+    /// The finished runs of a configuration with seeds in `seeds`, in their order, without damaged ones.
+    ///
+    /// # Errors
+    /// As for [`Self::repeats`].
+    pub fn runs<'s>(
+        &self,
+        store: &'s Store,
+        configuration: &Resolved,
+        seeds: Range<u32>,
+    ) -> Result<Vec<&'s Run>> {
+        let (frames, blocks) = (configuration.frames as usize, self.identity.blocks());
+        let mut runs = store.of(&self.key(configuration)?, seeds);
+        runs.retain(|run| run.has_lengths(frames, blocks));
+        Ok(runs)
+    }
+
+    /// The references of the cell, from all blocks that are known; `None` as long as those are missing with which runs are
+    /// measured.
+    ///
+    /// # Errors
+    /// A file cannot be read, or is not a block of these references.
+    pub fn references(&self, ledger: &mut Ledger) -> Result<Option<References>> {
+        let most = self.plan.most_blocks(self.blocks());
+        let Ledger { library, .. } = ledger;
+        library.references(self.identity, self.configuration, self.blocks(), most)
+    }
+
+    /// The seeds of the runs of each control.
+    pub fn control_seeds(&self) -> Range<u32> {
+        CONTROL_SEED..CONTROL_SEED + self.plan.seeds
+    }
+
+    /// The controls of the configuration.
+    ///
+    /// # Errors
+    /// As for [`Self::repeats`].
+    pub fn controls(&self, store: &Store) -> Result<Controls> {
+        let seeds = self.plan.seeds;
+        let single = bias::control(self.configuration, 1);
+        let own = self.runs(store, self.configuration, 0..seeds)?;
+        let singles = self.runs(store, &single, self.control_seeds())?;
+        let are_there = own.len() == seeds as usize && singles.len() == seeds as usize;
+        let matching = are_there.then(|| {
+            let samples = bias::control_samples(&own, &singles);
+            bias::control(self.configuration, samples)
+        });
+        Ok(Controls { single, matching })
+    }
+
+    /// The seeds of the fresh runs that decide if the first runs, `seeds` in number, raise an alarm.
+    pub fn confirming_seeds(seeds: usize) -> Range<u32> {
+        // Fewer could not see what the first ones saw.
+        CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS.max(seeds as u32)
+    }
+
+    /// The row of results, from what is known. [`judge`](super::results::judge) sets its verdict. `all` is the number of
+    /// configurations on the scene; the more there are, the stronger a sign must be to raise an alarm.
+    ///
+    /// # Errors
+    /// A file of a reference cannot be read.
+    pub fn row(&self, ledger: &mut Ledger, all: usize) -> Result<Row> {
+        let references = self.references(ledger)?;
+        let store = &ledger.store;
+        let runs = self.runs(store, self.configuration, 0..self.plan.most_seeds())?;
+        let [repeat, counts] = self.repeats()?;
+        let find = |key: &str| store.find(key, 0);
+        let replays = match (find(&repeat), runs.first()) {
+            (Some(again), Some(first)) if first.seed == 0 => Some(again.same_as(first)),
+            _ => None,
+        };
+        let mut findings = Findings {
+            counts: find(&counts).map_or_else(Vec::new, |run| run.counts.clone()),
+            replays,
+            ..Findings::default()
+        };
+        let reference = references.as_ref().map(References::last);
+        if let Some(reference) = reference.filter(|_| runs.len() > 1) {
+            findings.bias = Some(Bias::measure(&runs, reference));
+            findings.block_bias = BlockBias::measure(&runs, reference);
+            if self.configuration.expect == Expect::Unbiased {
+                let own = self.runs(store, self.configuration, 0..self.plan.seeds)?;
+                if let Some(control) = self.controls(store)?.matching {
+                    let control = self.runs(store, &control, self.control_seeds())?;
+                    if control.len() == self.plan.seeds as usize {
+                        findings.blocks_p_value =
+                            Some(bias::blocks_p_value(&own, &control, reference));
+                    }
+                }
+            }
+        }
+        let mut row = Row::new(&self.identity.scene, self.configuration, &runs, findings)?;
+        if let Some(reference) = reference
+            && self.configuration.expect == Expect::Unbiased
+            && row.alarms(all)
+        {
+            let seeds = Self::confirming_seeds(runs.len());
+            let fresh = self.runs(store, self.configuration, seeds.clone())?;
+            if fresh.len() == seeds.len() {
+                row.rejected += fresh.iter().map(|run| u64::from(run.rejected)).sum::<u64>();
+                row.confirmation = Some(Confirmation::measure(&runs, &fresh, reference));
+            }
+        }
+        row.reference_spp = reference.map(|reference| reference.samples);
+        row.wanted_reference_spp = reference.and_then(|reference| {
+            let limit = bias::MAX_REFERENCE_HALF_WIDTH;
+            (reference.half_width() > limit).then(|| reference.samples_for(limit).ceil())
+        });
+        Ok(row)
+    }
+}

@@ -1,0 +1,19 @@
+//! What a study knows so far: its finished runs, its references, and the forecast of the work that is left.
+
+use super::forecast::Forecast;
+use super::library::Library;
+use super::store::Store;
+
+/// The knowledge of a study, from which its results follow at any moment.
+pub struct Ledger {
+    /// The finished runs.
+    pub store: Store,
+    /// The references.
+    pub library: Library,
+    /// The steps of work that are done and to come.
+    pub forecast: Forecast,
+}
+
+/// A callback that is told, after each step of work, what the study knows now. If it returns an error, the work ends with
+/// this error. While a reference is rendered, it is called after some samples too.
+pub type OnStep<'a> = dyn FnMut(&mut Ledger) -> crate::Result<()> + 'a;

@@ -1,0 +1,111 @@
+//! The references of a study: finds the files of their blocks, and combines them.
+
+use super::identity::Identity;
+use super::plan::Resolved;
+use super::reference::{MEASURING_BLOCKS, Reference, References, SampleBlocks};
+use super::subject::path_tracing;
+use crate::Result;
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The path of the file of a block of a reference, and the indices of its samples.
+pub type BlockFile = (PathBuf, Range<u32>);
+
+/// The references in the folder of a study. Those that were read stay in memory, and grow when files of further blocks
+/// appear.
+pub struct Library {
+    folder: PathBuf,
+    /// The references that were read, by key, each with the indices of its blocks in ascending order.
+    read: HashMap<String, (Vec<u32>, Arc<Reference>)>,
+}
+
+impl Library {
+    /// The library of the files in `folder`.
+    pub fn new(folder: PathBuf) -> Self {
+        Self {
+            folder,
+            read: HashMap::new(),
+        }
+    }
+
+    /// The path and the samples of each of the blocks with the indices `wanted`, of the reference with the key `key`.
+    pub fn files(
+        &self,
+        key: &str,
+        blocks: SampleBlocks,
+        wanted: impl IntoIterator<Item = u32>,
+    ) -> Vec<BlockFile> {
+        (wanted.into_iter())
+            .map(|block| {
+                let path = self.folder.join(format!("{key}-{block:04}.exr"));
+                (path, blocks.samples_of(block))
+            })
+            .collect()
+    }
+
+    /// The references with which the frames of a configuration are compared, from all blocks up to `most` that have files;
+    /// only the reference of the last frame uses more than the measuring ones. `None` if a measuring block has no file.
+    ///
+    /// # Errors
+    /// A file cannot be read, or is not a block of this reference.
+    pub fn references(
+        &mut self,
+        identity: &Identity,
+        configuration: &Resolved,
+        blocks: SampleBlocks,
+        most: u32,
+    ) -> Result<Option<References>> {
+        let settings = path_tracing(&configuration.settings);
+        let times = identity.times(configuration);
+        let mut references = Vec::new();
+        for (index, time) in times.iter().enumerate() {
+            let key = identity.reference_key(&settings, *time, blocks)?;
+            let is_last = index + 1 == times.len();
+            let most = if is_last { most } else { MEASURING_BLOCKS };
+            let Some(reference) = self.reference(&key, identity.size, blocks, most)? else {
+                return Ok(None);
+            };
+            references.push(reference);
+        }
+        Ok(Some(References::new(references)))
+    }
+
+    fn reference(
+        &mut self,
+        key: &str,
+        size: (u32, u32),
+        blocks: SampleBlocks,
+        most: u32,
+    ) -> Result<Option<Arc<Reference>>> {
+        let known = self.read.get(key);
+        let from = known.map_or(0, |(blocks, _)| blocks.last().map_or(0, |last| last + 1));
+        let files = self.files(key, blocks, from..most.max(from));
+        let is_there: Vec<u32> = (from..)
+            .zip(&files)
+            .filter(|(_, (path, _))| path.exists())
+            .map(|(block, _)| block)
+            .collect();
+        let entry = match self.read.get_mut(key) {
+            Some(entry) => entry,
+            None => {
+                let measuring = MEASURING_BLOCKS;
+                if !is_there.starts_with(&[0, 1]) {
+                    return Ok(None);
+                }
+                let reference = Reference::read(size, &self.files(key, blocks, 0..measuring))?;
+                let entry = ((0..measuring).collect(), Arc::new(reference));
+                self.read.entry(key.to_owned()).or_insert(entry)
+            }
+        };
+        for (block, (path, samples)) in (from..).zip(&files) {
+            // Blocks are added in ascending order, so that the sums have the same bits for everyone.
+            if is_there.contains(&block) && entry.0.last().is_none_or(|last| *last < block) {
+                Arc::make_mut(&mut entry.1).add(path, samples.len() as u32)?;
+                entry.0.push(block);
+            }
+        }
+        Ok(Some(entry.1.clone()))
+    }
+}

@@ -1,0 +1,199 @@
+//! What a study renders, and for whom its results hold: the request of the command line, the device, and the identities of
+//! the scenes. It is stored in the folder of the study, so that results can be computed, and shards merged, without a
+//! device.
+
+use super::identity::Identity;
+use super::plan::{Plan, Resolved};
+use super::planned_scene::PlannedScene;
+use super::shard::Shard;
+use crate::base::files::write_atomically;
+use crate::base::input_files;
+use crate::render::settings::EnvironmentSettings;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::Path;
+
+/// The version of the format of the file.
+const VERSION: u32 = 1;
+
+/// What the user asked for: a plan, with the changes of the command line.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Request {
+    /// The name or the path of the plan, for messages.
+    pub plan: String,
+    /// The TOML text of the plan.
+    pub text: String,
+    /// The scenes that replace those of the plan; empty: those of the plan.
+    pub scenes: Vec<String>,
+    /// The environment that replaces those of the plan.
+    pub environment: Option<String>,
+    /// The maximum number of scattering events that replaces that of the plan.
+    pub bounces: Option<u32>,
+    /// True for a quick look, with a quarter of the seeds and of the samples of references.
+    pub quick: bool,
+}
+
+impl Request {
+    /// The plan with the changes of the command line, and its configurations.
+    ///
+    /// # Errors
+    /// The plan is wrong, a configuration changes the environment of its scene, or a scene has no configuration.
+    pub fn plan(&self) -> Result<(Plan, Vec<Resolved>)> {
+        let mut plan = Plan::parse(&self.plan, &self.text)?;
+        plan.bounces = self.bounces.unwrap_or(plan.bounces);
+        let configurations = plan.resolve()?;
+        if !self.scenes.is_empty() {
+            let wanted = |name: &String| {
+                let planned = plan.scenes.iter().find(|scene| scene.name == *name);
+                planned
+                    .cloned()
+                    .unwrap_or_else(|| PlannedScene::named(name))
+            };
+            plan.scenes = self.scenes.iter().map(wanted).collect();
+        }
+        for planned in &mut plan.scenes {
+            planned.environment = self.environment.clone().or(planned.environment.take());
+        }
+        if let Some(one) = (configurations.iter())
+            .find(|c| c.settings.environment != EnvironmentSettings::default())
+        {
+            return Err(Error::input(format!(
+                "plan {}: configuration '{}' changes the environment, which all configurations of a scene share; give the scene another environment",
+                self.plan, one.name
+            )));
+        }
+        for planned in &plan.scenes {
+            let name = &planned.name;
+            if !configurations.iter().any(|c| c.is_for(name)) {
+                return Err(Error::input(format!(
+                    "plan {}: none of its configurations is for scene '{name}'; name one of those in their scenes, or write a plan",
+                    self.plan
+                )));
+            }
+        }
+        if self.quick {
+            plan.quicken();
+        }
+        Ok((plan, configurations))
+    }
+}
+
+/// The description of a study in its folder.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Manifest {
+    version: u32,
+    /// What the user asked for.
+    pub request: Request,
+    /// The name of the device that renders.
+    pub device: String,
+    /// The name and the version of its driver.
+    pub driver: String,
+    /// The commit of the program.
+    pub commit: String,
+    /// The part of the work that this folder has.
+    pub shard: Shard,
+    /// The scenes that were loaded so far.
+    pub scenes: Vec<Identity>,
+}
+
+impl Manifest {
+    /// A manifest of a study that has loaded no scene yet.
+    pub fn new(request: Request, device: &str, driver: &str, shard: Shard) -> Self {
+        Self {
+            version: VERSION,
+            request,
+            device: device.to_owned(),
+            driver: driver.to_owned(),
+            commit: env!("HEADWATER_COMMIT").to_owned(),
+            shard,
+            scenes: Vec::new(),
+        }
+    }
+
+    /// Reads the manifest of a folder; `None` if it has none.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not a manifest of this version.
+    pub fn read(path: &Path) -> Result<Option<Self>> {
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = input_files::read_text(path, input_files::MAX_TOML_BYTES)?;
+        let unusable = |why: String| {
+            Error::input(format!(
+                "{}: {why}; delete this file, and the study goes on without it",
+                path.display()
+            ))
+        };
+        let manifest: Self = serde_json::from_str(&text)
+            .map_err(|e| unusable(format!("this describes no study: {e}")))?;
+        if manifest.version != VERSION {
+            return Err(unusable(format!("its version is {}", manifest.version)));
+        }
+        Ok(Some(manifest))
+    }
+
+    /// Writes the manifest.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|e| Error::failed(format!("the description of the study: {e}")))?;
+        write_atomically(path, |file| writeln!(file, "{text}"))
+    }
+
+    /// The identity of the scene with this name; `None` if it was not loaded yet.
+    pub fn identity(&self, scene: &str) -> Option<&Identity> {
+        self.scenes.iter().find(|identity| identity.scene == scene)
+    }
+
+    /// Stores the identity of a scene that was loaded. Returns true if it is new or has changed.
+    pub fn remember(&mut self, identity: &Identity) -> bool {
+        let known = self
+            .scenes
+            .iter()
+            .position(|old| old.scene == identity.scene);
+        match known {
+            Some(index) if self.scenes[index] == *identity => return false,
+            Some(index) => self.scenes[index] = identity.clone(),
+            None => self.scenes.push(identity.clone()),
+        }
+        true
+    }
+
+    /// The reason why the results of two studies do not fit together; `None` if they do. Which part of the work each one does
+    /// has no effect.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let Request {
+            plan: _,
+            text,
+            scenes,
+            environment,
+            bounces,
+            quick,
+        } = &other.request;
+        let own = &self.request;
+        let pairs = [
+            ("plans", own.text == *text),
+            ("scenes", own.scenes == *scenes),
+            ("environments", own.environment == *environment),
+            ("bounces", own.bounces == *bounces),
+            ("values of --quick", own.quick == *quick),
+            ("devices", self.device == other.device),
+            ("drivers", self.driver == other.driver),
+            ("versions of the program", self.commit == other.commit),
+        ];
+        if let Some((what, _)) = pairs.into_iter().find(|(_, same)| !same) {
+            return Some(format!("they have different {what}"));
+        }
+        let changed = |identity: &&Identity| {
+            other
+                .identity(&identity.scene)
+                .is_some_and(|o| o != *identity)
+        };
+        (self.scenes.iter().find(changed))
+            .map(|identity| format!("scene {} or its shaders have changed", identity.scene))
+    }
+}

@@ -1,0 +1,180 @@
+//! The result files of a study, which are written from whatever is known.
+
+use super::axes;
+use super::cell::Cell;
+use super::costs::{Cost, is_path_tracing};
+use super::identity::Identity;
+use super::ledger::Ledger;
+use super::manifest::Manifest;
+use super::plan::{Plan, Resolved};
+use super::planned_scene::PlannedScene;
+use super::results::{Findings, Row, judge};
+use super::results_text;
+use super::run::Run;
+use super::tidy::{self, Series};
+use crate::base::files::write_atomically;
+use crate::base::json::value_of;
+use crate::{Error, Result};
+use serde_json::json;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// The rows and the costs of all configurations on all scenes, in the order of the plan.
+pub struct Results {
+    /// The errors and verdicts. They follow from the runs and references alone.
+    pub rows: Vec<Row>,
+    /// The times, in the order of the rows.
+    pub costs: Vec<Cost>,
+}
+
+/// The paths of the files of results in the folder of a study.
+pub struct Outputs {
+    folder: PathBuf,
+}
+
+const RESULTS: &str = "results.json";
+const ERRORS: &str = "results.csv";
+const COSTS: &str = "times.json";
+const TIMES: &str = "times.csv";
+const SCHEMA: &str = "schema.json";
+const AXES: &str = "axes.svg";
+
+impl Outputs {
+    /// The files in `folder`.
+    pub fn new(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+        }
+    }
+
+    /// The paths of all files.
+    pub fn files(&self) -> [PathBuf; 6] {
+        [RESULTS, ERRORS, COSTS, TIMES, SCHEMA, AXES].map(|name| self.folder.join(name))
+    }
+
+    /// Computes the results from what is known, and writes all files.
+    ///
+    /// # Errors
+    /// A file of a reference cannot be read, or a result cannot be written.
+    pub fn write(
+        &self,
+        (plan, configurations): (&Plan, &[Resolved]),
+        manifest: &Manifest,
+        ledger: &mut Ledger,
+    ) -> Result<Results> {
+        let (mut rows, mut costs) = (Vec::new(), Vec::new());
+        for planned in &plan.scenes {
+            let own = configurations.iter().filter(|c| c.is_for(&planned.name));
+            let own: Vec<&Resolved> = own.collect();
+            let identity = manifest.identity(&planned.name);
+            for configuration in &own {
+                rows.push(match identity {
+                    Some(identity) => Cell {
+                        plan,
+                        planned,
+                        configuration,
+                        identity,
+                    }
+                    .row(ledger, own.len())?,
+                    None => Row::new(&planned.name, configuration, &[], Findings::default())?,
+                });
+            }
+            costs.extend(scene_costs(plan, planned, identity, &own, ledger)?);
+        }
+        judge(&mut rows);
+        let series = series((plan, configurations), manifest, ledger)?;
+        let swept = plan.swept_keys();
+        let Manifest { device, driver, .. } = manifest;
+        let times = json!({
+            "version": 1,
+            "device": device,
+            "driver": driver,
+            "commit": manifest.commit,
+            "rows": value_of("times", &costs)?,
+        });
+        let json = |value: serde_json::Value| format!("{value:#}\n").into_bytes();
+        for (name, bytes) in [
+            (RESULTS, json(results_text::json(&rows, device, driver)?)),
+            (ERRORS, tidy::results(&series, &swept)?),
+            (COSTS, json(times)),
+            (TIMES, tidy::times(&series, &swept)?),
+            (SCHEMA, json(tidy::schema(&series, &swept))),
+        ] {
+            write_atomically(&self.folder.join(name), |file| file.write_all(&bytes))?;
+        }
+        let axes_file = self.folder.join(AXES);
+        match axes::svg(&rows)? {
+            Some(figure) => write_atomically(&axes_file, |file| write!(file, "{figure}"))?,
+            // The figure of an earlier plan would stand beside other results.
+            None => match std::fs::remove_file(&axes_file) {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    return Err(Error::writing(&axes_file, error));
+                }
+                _ => {}
+            },
+        }
+        Ok(Results { rows, costs })
+    }
+}
+
+/// The costs of the configurations `own` on one scene. They are compared with the first one that is path tracing.
+fn scene_costs(
+    plan: &Plan,
+    planned: &PlannedScene,
+    identity: Option<&Identity>,
+    own: &[&Resolved],
+    ledger: &Ledger,
+) -> Result<Vec<Cost>> {
+    let runs_of = |configuration: &Resolved| -> Result<Vec<&Run>> {
+        let Some(identity) = identity else {
+            return Ok(Vec::new());
+        };
+        let cell = Cell {
+            plan,
+            planned,
+            configuration,
+            identity,
+        };
+        cell.runs(&ledger.store, configuration, 0..plan.most_seeds())
+    };
+    let base = own
+        .iter()
+        .find(|configuration| is_path_tracing(configuration));
+    let base_runs = base.map_or(Ok(Vec::new()), |base| runs_of(base))?;
+    let base = base.map(|base| (*base, base_runs.as_slice()));
+    (own.iter())
+        .map(|configuration| {
+            let runs = runs_of(configuration)?;
+            Ok(Cost::of(&planned.name, (configuration, &runs), base))
+        })
+        .collect()
+}
+
+/// The finished runs of all configurations on all scenes, in the order of the plan.
+fn series<'a>(
+    (plan, configurations): (&'a Plan, &'a [Resolved]),
+    manifest: &'a Manifest,
+    ledger: &'a Ledger,
+) -> Result<Vec<Series<'a>>> {
+    let mut all = Vec::new();
+    for planned in &plan.scenes {
+        let Some(identity) = manifest.identity(&planned.name) else {
+            continue;
+        };
+        for configuration in configurations.iter().filter(|c| c.is_for(&planned.name)) {
+            let cell = Cell {
+                plan,
+                planned,
+                configuration,
+                identity,
+            };
+            all.push(Series {
+                scene: &planned.name,
+                configuration: &configuration.name,
+                settings: &configuration.settings,
+                runs: cell.runs(&ledger.store, configuration, 0..plan.most_seeds())?,
+            });
+        }
+    }
+    Ok(all)
+}
