@@ -139,16 +139,18 @@ pub fn run(args: &Args) -> Result<()> {
         bounces: args.bounces,
         quick: args.quick,
     };
-    conduct(folder, request, shard, args.load, &args.device)
+    conduct(folder, request, shard, args.load, &args.device, None)
 }
 
-/// Conducts the part `shard` of the study that `request` describes, in the folder `folder`.
+/// Conducts the part `shard` of the study that `request` describes, in the folder `folder`. `merged` describes the shards
+/// whose results the folder has; their device must be the one that renders now.
 fn conduct(
     folder: &Path,
     request: Request,
     shard: Shard,
     load: LoadArgs,
     device: &DeviceArgs,
+    merged: Option<&Manifest>,
 ) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     let (plan, configurations) = request.plan()?;
@@ -161,8 +163,15 @@ fn conduct(
     let instance = open_vulkan(crate::gpu::InstanceOptions::default())?;
     let (info, _) = instance.choose(device.device.as_deref())?;
     let folder = Folder::open(folder)?;
-    let manifest = Manifest::new(request, &info.name, &info.driver, shard);
-    check_folder(&folder, &manifest)?;
+    let mut manifest = Manifest::new(request, &info.name, &info.driver, shard);
+    if let Some(why) = merged.and_then(|merged| merged.difference(&manifest)) {
+        return Err(Error::input(format!(
+            "the shards were merged, but what depends on all results cannot be rendered here: {why}; --no-render leaves it out",
+        )));
+    }
+    if let Some(old) = check_folder(&folder, &manifest)? {
+        manifest.scenes = old.scenes;
+    }
     let outputs = Outputs::new(folder.path());
     let files = outputs.files();
     check_files(files.iter().map(|file| ("a result", file.as_path())), [])?;
@@ -234,11 +243,11 @@ fn report(results: &Results, shard: Shard) -> Result<()> {
     Ok(())
 }
 
-/// Fails if the folder has a study that shares no row with the one of `manifest`, or another shard: its results would be
-/// replaced.
-fn check_folder(folder: &Folder, manifest: &Manifest) -> Result<()> {
+/// The description of the study that the folder has already. Fails if that study shares no row with the one of `manifest`,
+/// or is another shard: its results would be replaced.
+fn check_folder(folder: &Folder, manifest: &Manifest) -> Result<Option<Manifest>> {
     let Some(old) = Manifest::read(&folder.manifest())? else {
-        return Ok(());
+        return Ok(None);
     };
     let path = folder.path().display();
     if old.shard != manifest.shard {
@@ -260,10 +269,10 @@ fn check_folder(folder: &Folder, manifest: &Manifest) -> Result<()> {
     };
     let (before, now) = (names(&old), names(manifest));
     if before.is_empty() || before.iter().any(|cell| now.contains(cell)) {
-        return Ok(());
+        return Ok(Some(old));
     }
     Err(Error::input(format!(
-        "{path} has the results of another plan, {}, which would be replaced; name another folder with --output",
+        "{path} has the results of other scenes or configurations (plan {}), which would be replaced; name another folder with --output",
         old.request.plan
     )))
 }
@@ -291,14 +300,16 @@ impl Study<'_> {
     ) -> Result<()> {
         let most = (machine.info.device_memory as f64 * MEMORY_FRACTION) as u64;
         let mut kept: Vec<Option<Subject>> = sites.iter().map(|_| None).collect();
+        let mut noted = vec![false; sites.len()];
         let stages = Stage::of(self.plan);
+        self.manifest.write(&self.folder.manifest())?;
         // The last turn does what depends on the results of the stages.
         for stage in stages.into_iter().map(Some).chain([None]) {
             for (index, site) in sites.iter().enumerate() {
                 let mut subject = match kept[index].take() {
                     Some(subject) => subject,
                     None => {
-                        let is_first = self.manifest.identity(&site.planned.name).is_none();
+                        let is_first = !std::mem::replace(&mut noted[index], true);
                         machine.subject(self.plan, site, self.interrupt, is_first)?
                     }
                 };

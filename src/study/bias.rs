@@ -27,7 +27,7 @@ use serde::Serialize;
 /// plan's maximum.
 pub const MAX_HALF_WIDTH: f64 = 0.005;
 /// The limit for the half-width of the 99 % interval of a reference's mean, as a fraction of this mean. If a plan expects
-/// `unbiased`, its study refuses a reference whose half-width is larger, except with the option `--quick`. The limit is
+/// `unbiased`, a reference whose half-width is larger gets more samples, except with the option `--quick`. The limit is
 /// below [`MAX_HALF_WIDTH`], because the interval of a bias contains the error of the reference and also the error of the runs.
 pub const MAX_REFERENCE_HALF_WIDTH: f64 = 0.004;
 /// The level of the tests for bias: if a corrected p-value of a configuration on a scene is below it, the verdict there is

@@ -54,7 +54,7 @@ impl Folder {
     }
 
     /// The path of the subfolder `references`. It contains the references (path-traced pictures that runs are compared with)
-    /// as one EXR file each.
+    /// as one EXR file for each block of samples.
     pub fn references(&self) -> PathBuf {
         references(&self.path)
     }

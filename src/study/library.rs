@@ -79,32 +79,30 @@ impl Library {
         blocks: SampleBlocks,
         most: u32,
     ) -> Result<Option<Arc<Reference>>> {
-        let known = self.read.get(key);
-        let from = known.map_or(0, |(blocks, _)| blocks.last().map_or(0, |last| last + 1));
-        let files = self.files(key, blocks, from..most.max(from));
-        let is_there: Vec<u32> = (from..)
-            .zip(&files)
+        let files: Vec<(u32, BlockFile)> = (0..)
+            .zip(self.files(key, blocks, 0..most))
             .filter(|(_, (path, _))| path.exists())
-            .map(|(block, _)| block)
             .collect();
-        let entry = match self.read.get_mut(key) {
-            Some(entry) => entry,
-            None => {
-                let measuring = MEASURING_BLOCKS;
-                if !is_there.starts_with(&[0, 1]) {
-                    return Ok(None);
-                }
-                let reference = Reference::read(size, &self.files(key, blocks, 0..measuring))?;
-                let entry = ((0..measuring).collect(), Arc::new(reference));
-                self.read.entry(key.to_owned()).or_insert(entry)
-            }
+        let found: Vec<u32> = files.iter().map(|(block, _)| *block).collect();
+        if !found.starts_with(&[0, 1]) {
+            return Ok(None);
+        }
+        // Blocks are added in ascending order, so that the sums have the same bits for everyone: if one appears between
+        // others, all are read again.
+        let is_grown = |(read, _): &(Vec<u32>, Arc<Reference>)| found.starts_with(read);
+        if !self.read.get(key).is_some_and(is_grown) {
+            let measuring = files[..MEASURING_BLOCKS as usize].iter();
+            let measuring: Vec<BlockFile> = measuring.map(|(_, file)| file.clone()).collect();
+            let reference = Reference::read(size, &measuring)?;
+            let entry = ((0..MEASURING_BLOCKS).collect(), Arc::new(reference));
+            self.read.insert(key.to_owned(), entry);
+        }
+        let Some(entry) = self.read.get_mut(key) else {
+            return Ok(None);
         };
-        for (block, (path, samples)) in (from..).zip(&files) {
-            // Blocks are added in ascending order, so that the sums have the same bits for everyone.
-            if is_there.contains(&block) && entry.0.last().is_none_or(|last| *last < block) {
-                Arc::make_mut(&mut entry.1).add(path, samples.len() as u32)?;
-                entry.0.push(block);
-            }
+        for (block, (path, samples)) in &files[entry.0.len()..] {
+            Arc::make_mut(&mut entry.1).add(path, samples.len() as u32)?;
+            entry.0.push(*block);
         }
         Ok(Some(entry.1.clone()))
     }

@@ -94,7 +94,7 @@ impl Outputs {
         });
         let json = |value: serde_json::Value| format!("{value:#}\n").into_bytes();
         for (name, bytes) in [
-            (RESULTS, json(results_text::json(&rows, device, driver)?)),
+            (RESULTS, json(results_text::json(&rows, manifest)?)),
             (ERRORS, tidy::results(&series, &swept)?),
             (COSTS, json(times)),
             (TIMES, tidy::times(&series, &swept)?),

@@ -171,7 +171,7 @@ pub struct Reference {
     /// include the error of the reference depend on it too, because the quantile of Student's distribution does.
     pub samples: u32,
     /// Two pictures of the same view, from different samples, with which the errors of runs are measured
-    /// ([`Errors::between_halves`](crate::metrics::error::Errors::between_halves)). They are the same however many samples
+    /// ([`SquaredErrors`](crate::metrics::error::SquaredErrors)). They are the same however many samples
     /// the reference has, so that errors of early runs of a study stay valid.
     pub halves: [Vec<[f32; 3]>; 2],
     /// For each block of samples, the variance of the mean over the picture, as the sum over channels, times its number of
@@ -353,9 +353,9 @@ impl Reference {
     }
 
     /// The half-width of the 99 % interval of a channel's mean over the picture, as a fraction of that mean. It is the
-    /// largest over the channels that are not black; 0 if all are black. If a plan expects `unbiased`, its study refuses a
-    /// reference with too large a half-width (except with the option `--quick`), because no number of runs could then make
-    /// the interval of a bias narrow enough.
+    /// largest over the channels that are not black; 0 if all are black. If a plan expects `unbiased`, a
+    /// reference with too large a half-width gets more samples (except with the option `--quick`), because no number of runs
+    /// could then make the interval of a bias narrow enough.
     pub fn half_width(&self) -> f64 {
         self.half_width_by(u64::from(self.samples))
     }

@@ -222,13 +222,13 @@ impl Row {
     /// raise. `None` unless the row expects `unbiased` and its verdict is `undecided`.
     pub fn open_question(&self) -> Option<String> {
         let missing = self.missing.filter(|_| self.expect == Expect::Unbiased)?;
-        if let Some(samples) = self.wanted_reference_spp {
-            return Some(format!(
-                "its reference is too noisy for this proof: raise reference_spp to about {samples}"
-            ));
-        }
         let Some(seeds) = missing.seeds else {
-            return Some("too few runs are finished".to_owned());
+            let samples = self.wanted_reference_spp;
+            return Some(samples.map_or("too few runs are finished".to_owned(), |samples| {
+                format!(
+                    "its reference is too noisy for this proof: raise reference_spp to about {samples}"
+                )
+            }));
         };
         let minutes = match (seeds * self.run_seconds / 60.0).ceil() {
             ..=1.0 => "a minute".to_owned(),
@@ -309,7 +309,9 @@ pub fn judge(rows: &mut [Row]) {
 #[cfg(test)]
 mod tests {
     use super::super::bias::samples::{BLOCKS, reference, runs};
+    use super::super::manifest::{Manifest, Request};
     use super::super::results_text::{json, table};
+    use super::super::shard::Shard;
     use super::*;
     use crate::render::{Clock, Settings};
 
@@ -340,6 +342,18 @@ mod tests {
             ..Findings::default()
         };
         Row::new("scene", &configuration, &runs, findings).unwrap()
+    }
+
+    fn manifest() -> Manifest {
+        let request = Request {
+            plan: "plan".into(),
+            text: String::new(),
+            scenes: Vec::new(),
+            environment: None,
+            bounces: None,
+            quick: false,
+        };
+        Manifest::new(request, "device", "driver", Shard::WHOLE)
     }
 
     #[test]
@@ -378,7 +392,7 @@ mod tests {
         let time = format!("about {seeds} more, about {seeds} minutes");
         assert!(said.contains(&time), "{said}");
         assert!(said.contains("raise most_seeds in the plan"), "{said}");
-        let json = json(&rows, "device", "driver").unwrap();
+        let json = json(&rows, &manifest()).unwrap();
         assert_eq!(json["version"], 3);
         assert_eq!(json["rows"][0]["verdict"], "undecided");
         assert_eq!(json["rows"][0]["missing"]["seeds"], seeds);
@@ -390,7 +404,7 @@ mod tests {
         judge(&mut rows);
         let said = table(&rows);
         assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");
-        let json = json(&rows, "device", "driver").unwrap();
+        let json = json(&rows, &manifest()).unwrap();
         assert!(json["rows"][0]["block_bias"].is_null());
     }
 }

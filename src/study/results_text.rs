@@ -2,6 +2,7 @@
 
 use super::bias::LEVEL;
 use super::costs::{Cost, Ratio};
+use super::manifest::Manifest;
 use super::results::Row;
 use crate::Result;
 use crate::base::json::value_of;
@@ -198,13 +199,13 @@ fn passes(costs: &[Cost], rows: &[Row]) -> String {
 ///
 /// # Errors
 /// The rows have no JSON form, which cannot happen with finite numbers.
-pub fn json(rows: &[Row], device: &str, driver: &str) -> Result<Value> {
+pub fn json(rows: &[Row], manifest: &Manifest) -> Result<Value> {
     let rows = value_of("results", &rows)?;
     Ok(serde_json::json!({
         "version": 3,
-        "device": device,
-        "driver": driver,
-        "commit": env!("HEADWATER_COMMIT"),
+        "device": manifest.device,
+        "driver": manifest.driver,
+        "commit": manifest.commit,
         "rows": rows,
     }))
 }

@@ -24,24 +24,34 @@ impl Store {
     /// # Errors
     /// The file cannot be read or written.
     pub fn open(path: &Path) -> Result<Self> {
-        let bytes = match path.exists() {
-            true => input_files::read(path)?,
-            false => Vec::new(),
-        };
+        let bytes = read(path)?;
         let whole = bytes.iter().rposition(|byte| *byte == b'\n');
         let whole = whole.map_or(0, |last| last + 1);
         if whole < bytes.len() {
             cut(path, whole as u64).map_err(|e| Error::writing(path, e))?;
         }
+        Ok(Self::parse(path, &bytes[..whole]))
+    }
+
+    /// Reads the finished runs from the file `path`, and changes nothing, so that the study to which the file belongs may be
+    /// running.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn look_into(path: &Path) -> Result<Self> {
+        Ok(Self::parse(path, &read(path)?))
+    }
+
+    fn parse(path: &Path, bytes: &[u8]) -> Self {
         let mut store = Self {
             path: path.to_owned(),
             runs: HashMap::new(),
         };
-        let lines = bytes[..whole].split(|byte| *byte == b'\n');
+        let lines = bytes.split(|byte| *byte == b'\n');
         for run in lines.filter_map(|line| serde_json::from_slice(line).ok()) {
             store.remember(run);
         }
-        Ok(store)
+        store
     }
 
     /// All runs, by key and then by seed.
@@ -94,6 +104,14 @@ impl Store {
         }
         self.remember(run);
         Ok(())
+    }
+}
+
+/// The bytes of a file; none if it does not exist.
+fn read(path: &Path) -> Result<Vec<u8>> {
+    match path.exists() {
+        true => input_files::read(path),
+        false => Ok(Vec::new()),
     }
 }
 

@@ -272,7 +272,10 @@ fn another_plan_does_not_replace_the_results_of_a_folder() {
     let kept = std::fs::read(out.join("results.json")).unwrap();
     let other = write(folder.path(), &plan("b"));
     let line = fail(&["study", "--plan", &other, "-o", text(&out)], 2);
-    assert!(line.contains("has the results of another plan"), "{line}");
+    assert!(
+        line.contains("has the results of other scenes or configurations"),
+        "{line}"
+    );
     assert_eq!(std::fs::read(out.join("results.json")).unwrap(), kept);
 }
 

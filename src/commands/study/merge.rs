@@ -90,17 +90,19 @@ pub fn run(args: &Args) -> Result<()> {
     let order = |name: &str| plan.scenes.iter().position(|scene| scene.name == name);
     whole.scenes.sort_by_key(|identity| order(&identity.scene));
     let folder = Folder::open(&args.output)?;
-    if let Some(old) = Manifest::read(&folder.manifest())?
-        && let Some(why) = old.difference(&whole)
-    {
-        return Err(Error::input(format!(
-            "{} has another study, because {why}; name another folder with --output",
-            args.output.display()
-        )));
+    if let Some(old) = Manifest::read(&folder.manifest())? {
+        let why = (old.difference(&whole))
+            .or_else(|| (!old.shard.is_whole()).then(|| "it is a shard".to_owned()));
+        if let Some(why) = why {
+            return Err(Error::input(format!(
+                "{} has another study, because {why}; name another folder with --output",
+                args.output.display()
+            )));
+        }
     }
     let mut store = Store::open(&folder.runs())?;
     for (shard, _) in &manifests {
-        for run in Store::open(&folder::runs(shard))?.all() {
+        for run in Store::look_into(&folder::runs(shard))?.all() {
             if store.find(&run.key, run.seed).is_none() {
                 store.add(run.clone())?;
             }
@@ -128,12 +130,15 @@ pub fn run(args: &Args) -> Result<()> {
         return report(&results, Shard::WHOLE);
     }
     drop(folder);
+    let request = whole.request.clone();
+    let (load, device) = (args.load, &args.device);
     conduct(
         &args.output,
-        whole.request,
+        request,
         Shard::WHOLE,
-        args.load,
-        &args.device,
+        load,
+        device,
+        Some(&whole),
     )
 }
 
