@@ -38,6 +38,7 @@
 //! [`metrics`].
 #![warn(missing_docs)]
 
+pub mod advice;
 pub mod base;
 pub mod commands;
 pub mod device_scene;

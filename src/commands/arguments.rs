@@ -20,10 +20,10 @@ use std::path::{Path, PathBuf};
 /// The maximum number of pixels of a picture to render; arguments that ask for more are refused.
 const MAX_PIXELS: u64 = 1 << 28;
 
-/// Options that choose the scene, its camera, the settings of the renderer and the device. The commands `render`,
-/// `reference` and `profile` share them.
+/// Options that choose what is rendered (the scene, its environment, the camera, the size of the picture), and the device.
+/// All commands that render one scene share them.
 #[derive(clap::Args)]
-pub struct SceneArgs {
+pub struct ViewArgs {
     /// The scene: the name of a procedural scene (see 'headwater scene list'), or a file, .gltf, .glb or .obj
     pub scene: String,
     /// Options that decide whether a scene may lack image files and may name files outside of its folder
@@ -71,6 +71,22 @@ pub struct SceneArgs {
         value_name = "SECONDS"
     )]
     pub start_time: f64,
+    /// Options that choose the method that traces rays, and how shaders access the scene
+    #[command(flatten)]
+    pub variant: VariantArgs,
+    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'; without it, the best
+    /// one: discrete GPUs first, CPUs last
+    #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
+    pub device: Option<String>,
+}
+
+/// Options that choose the view, the settings of the renderer, and further outputs. The commands `render`, `reference` and
+/// `profile` share them.
+#[derive(clap::Args)]
+pub struct SceneArgs {
+    /// Options that choose what is rendered, and the device
+    #[command(flatten)]
+    pub view: ViewArgs,
     /// Preset that supplies all settings which --config and --set do not change; see 'headwater presets' [default: balanced]
     #[arg(long)]
     pub preset: Option<String>,
@@ -80,13 +96,6 @@ pub struct SceneArgs {
     /// A setting and its value, which override the preset and --config; may be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Options that choose the method that traces rays, and how shaders access the scene
-    #[command(flatten)]
-    pub variant: VariantArgs,
-    /// The Vulkan device to use: its name, a part of its name, or its index in 'headwater info'; without it, the best
-    /// one: discrete GPUs first, CPUs last
-    #[arg(long, value_name = "NAME|INDEX", env = "HEADWATER_DEVICE")]
-    pub device: Option<String>,
     /// Further channels of EXR files beside the picture, such as albedo and depth, separated by commas; without it,
     /// there are none
     #[arg(long, value_delimiter = ',', value_enum)]
@@ -153,8 +162,11 @@ impl SceneArgs {
     /// which of them have no effect.
     ///
     /// # Errors
-    /// A preset, key or value is unknown, or the file cannot be read or is not TOML.
+    /// A preset, key or value is unknown, the file cannot be read or is not TOML, or `--exposure` is not finite.
     pub fn settings(&self) -> Result<(Settings, Vec<String>)> {
+        if !self.exposure.is_finite() {
+            return Err(Error::input("--exposure takes a finite number of stops"));
+        }
         let preset = self.preset.as_deref().unwrap_or(presets::DEFAULT);
         let mut settings = Preset::named(preset)?.settings()?;
         let mut changed = Vec::new();
@@ -191,13 +203,19 @@ impl SceneArgs {
     /// of `--config`. No output may be one of them. Procedural scenes and generated skies are not files and are left
     /// out.
     pub fn inputs(&self) -> impl Iterator<Item = (&str, &Path)> {
-        let scene = file_of(&self.scene).map(|path| ("the scene", path));
-        let environment = self.environment.as_deref().and_then(environment_file_of);
+        let scene = file_of(&self.view.scene).map(|path| ("the scene", path));
+        let environment = self
+            .view
+            .environment
+            .as_deref()
+            .and_then(environment_file_of);
         let environment = environment.map(|path| ("--environment", path));
         let config = self.config.as_deref().map(|path| ("--config", path));
         [scene, environment, config].into_iter().flatten()
     }
+}
 
+impl ViewArgs {
     /// The clock of the run, which maps the index of a frame to the time in the scene that the frame shows: `--start-time`
     /// for frame 0, and 1 / `fps` seconds more for each further frame. Without `fps`, all frames show the same time.
     ///
@@ -216,11 +234,8 @@ impl SceneArgs {
     /// the aspect ratio of `camera`; if both are not given, the width is 1280.
     ///
     /// # Errors
-    /// A side is 0, the picture has more than 2²⁸ pixels, or `--exposure` is not finite.
+    /// A side is 0, or the picture has more than 2²⁸ pixels.
     pub fn size(&self, camera: &Camera) -> Result<(u32, u32)> {
-        if !self.exposure.is_finite() {
-            return Err(Error::input("--exposure takes a finite number of stops"));
-        }
         size_for(camera, self.width, self.height)
     }
 

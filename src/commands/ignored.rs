@@ -36,20 +36,20 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
 /// --config and --set name, and `outputs` lists the paths of the pictures. `presents` is true if frames are presented for
 /// a capture tool; then --exposure has an effect even without a PNG file.
 pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf], presents: bool) {
-    if args.environment.is_none() {
+    if args.view.environment.is_none() {
         note_ignored("there is no --environment", changed, |key| {
             group(key) == "environment"
         });
     }
-    if let (Some(camera), Some(_)) = (&args.camera, &args.look_at) {
+    if let (Some(camera), Some(_)) = (&args.view.camera, &args.view.look_at) {
         notice(&format!(
             "--look-at sets the camera, so --camera {camera} has no effect"
         ));
     }
-    if file_of(&args.scene).is_none() {
+    if file_of(&args.view.scene).is_none() {
         for (option, is_given) in [
-            ("--allow-missing", args.load.allow_missing),
-            ("--allow-outside", args.load.allow_outside),
+            ("--allow-missing", args.view.load.allow_missing),
+            ("--allow-outside", args.view.load.allow_outside),
         ] {
             if is_given {
                 notice(&format!(

@@ -1,6 +1,7 @@
 //! The command line of the program: one file per command, and the functions that the commands share, such as those that
 //! print, load scenes and open Vulkan.
 
+pub mod advise;
 pub mod arguments;
 pub mod capture;
 mod choices;
@@ -66,6 +67,8 @@ enum Command {
     Profile(Box<profile::Args>),
     /// Print registers, memory and occupancy of each pass, as the driver's compiler reports them; no shader runs.
     Statistics(statistics::Args),
+    /// Measure which preset to use for a scene on this device, what a frame costs, and how far off it is.
+    Advise(Box<advise::Args>),
     /// Compare pictures and hashes of this driver with golden frames (stored results), or make golden frames.
     Regress(regress::Args),
     /// Print the presets, and every setting with its value, its range and its description.
@@ -110,6 +113,7 @@ fn command_line() -> clap::Command {
 fn run(command: Command) -> Result<()> {
     match command {
         Command::Info(args) => info::run(&args),
+        Command::Advise(args) => advise::run(&args),
         Command::Scene(command) => scene::run(&command),
         Command::Render(args) => render::run(&args),
         Command::Reference(args) => reference::run(&args),

@@ -74,12 +74,12 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     check(args)?;
     let (settings, changed) = args.scene.settings()?;
-    let clock = args.scene.clock(args.fps)?;
+    let clock = args.scene.view.clock(args.fps)?;
     let interrupt = Interrupt::watch()?;
     check_outputs(args)?;
     let earlier = args.against.as_deref().map(read).transpose()?;
     ignored::note_for_scene(&args.scene, &changed, &[], false);
-    ignored::note_for_render(&changed, &settings, args.scene.bounces);
+    ignored::note_for_render(&changed, &settings, args.scene.view.bounces);
     let path_traces = settings.integrator == Integrator::PathTracing;
     if args.in_flight > 1 && path_traces {
         notice("path tracing waits for each strip of a picture, so --in-flight has no effect");

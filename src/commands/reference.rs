@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     let (settings, changed) = args.scene.settings()?;
     let settings = settings.of_path_tracing();
-    let clock = args.scene.clock(None)?;
+    let clock = args.scene.view.clock(None)?;
     // What is resumed is read before it is written.
     let resumed = args.output.iter().find(|path| args.resume && path.exists());
     resumed.map_or(Ok(()), |path| input_files::check(path))?;

@@ -301,12 +301,12 @@ fn render_case(
         fps,
         ..
     } = line.args;
-    scene.device = args.device.clone();
-    if let Some(lacks) = lacks(device, &scene.variant.request()) {
+    scene.view.device = args.device.clone();
+    if let Some(lacks) = lacks(device, &scene.view.variant.request()) {
         return Ok(Err(lacks));
     }
     let (settings, _) = scene.settings()?;
-    let clock = scene.clock(fps)?;
+    let clock = scene.view.clock(fps)?;
     let purpose = Purpose::Regression {
         validate: args.validate,
     };

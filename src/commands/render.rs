@@ -53,13 +53,13 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let interrupt = Interrupt::watch()?;
     let (settings, changed) = args.scene.settings()?;
-    let clock = args.scene.clock(args.fps)?;
+    let clock = args.scene.view.clock(args.fps)?;
     args.scene.check_outputs(&args.output)?;
     if let Some(folder) = &args.presented {
         crate::base::files::check_writable(&folder.join("frame_0000.png"))?;
     }
     ignored::note_for_scene(&args.scene, &changed, &args.output, args.capture.is_some());
-    ignored::note_for_render(&changed, &settings, args.scene.bounces);
+    ignored::note_for_render(&changed, &settings, args.scene.view.bounces);
     let purpose = match args.capture {
         Some(_) => Purpose::Capture,
         None => Purpose::Pictures,

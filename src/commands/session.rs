@@ -3,22 +3,23 @@
 //! profiles are in `session/`.
 
 mod cameras;
+mod opened_scene;
 mod picture;
 mod profiling;
 
+pub use opened_scene::{OpenedScene, Purpose, Shown};
+
 use super::arguments::SceneArgs;
-use super::choices::TexturesArg;
 use super::interrupt::Interrupt;
-use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_scene, open_vulkan};
+use super::{check_messages, notice};
 use crate::Result;
 use crate::base::progress::Watch;
-use crate::device_scene::selection::{self, Request, Selection};
-use crate::device_scene::{GpuScene, SceneSizes, shaders};
-use crate::gpu::{Device, Features, Instance, InstanceOptions, PassTime};
+use crate::device_scene::selection::Selection;
+use crate::device_scene::{GpuScene, shaders};
+use crate::gpu::{Device, Instance, PassTime};
 use crate::render::settings::Variant;
 use crate::render::{Clock, Renderer, ResolvedSettings, Settings, Tracking, View};
-use crate::scene::{Environment, MovingCamera};
-use cameras::choose_camera;
+use crate::scene::MovingCamera;
 use picture::check_aovs;
 use serde_json::{Value, json};
 use std::ops::Range;
@@ -28,31 +29,6 @@ use std::time::{Duration, Instant};
 /// The target duration of one call of [`Session::add_samples`]. It is short, so that a signal is noticed soon, and so
 /// that no driver takes a long submission for a hang of the device.
 const SUBMISSION: Duration = Duration::from_millis(300);
-
-/// If a scene has at least this many triangles, a line on stderr announces that the trees over the triangles are being
-/// built, because this takes several seconds.
-const MANY_TRIANGLES: u64 = 2_000_000;
-
-/// The purpose of a session. It decides the features with which the Vulkan instance and the device are opened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// The session renders pictures for files. The device is opened without features that rendering does not need.
-    Pictures,
-    /// The session renders frames for a capture tool, which records the Vulkan calls. If the device supports it, it is
-    /// opened so that it can present pictures ([`Presentation`](crate::gpu::Presentation)). The session uses no feature
-    /// that the tool cannot replay.
-    Capture,
-    /// The session measures a profile. If the driver supports it, its compiler reports on each shader, and
-    /// [`Records::compiled`](crate::gpu::records::Records::compiled) returns these reports.
-    Profile,
-    /// The session runs a regression test. The device can hash every buffer that a pass writes, so that the test can compare
-    /// each pass with golden frames. [`Records::take_outputs`](crate::gpu::records::Records::take_outputs) returns the
-    /// hashes.
-    Regression {
-        /// True if the Vulkan validation layers are loaded, with synchronization validation.
-        validate: bool,
-    },
-}
 
 /// A scene on an open device, with the settings and the view with which it is rendered. The commands render its frames
 /// through this value, and get pictures, reports and profiles from it.
@@ -94,8 +70,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Loads the scene, opens the device, and uploads the scene. `frames` are the indices of the frames that the user will
-    /// see. If the scene is black in all of them, a notice says why.
+    /// Loads the scene, opens the device, uploads the scene, and makes the renderer. `frames` are the indices of the frames
+    /// that the user will see. If the scene is black in all of them, a notice says why.
     ///
     /// # Errors
     /// Wrong arguments or input, no usable device, a device that fails, or a signal.
@@ -108,86 +84,15 @@ impl Session {
         interrupt: &Interrupt,
     ) -> Result<Self> {
         let opened = Instant::now();
-        let captured = purpose == Purpose::Capture;
-        let validates = purpose == Purpose::Regression { validate: true };
-        check_aovs(&args.aov, &settings, args.bounces)?;
-        let camera_override = args.look_at_camera()?;
-        let mut scene = open_scene(&args.scene, args.load.options(), interrupt)?;
-        for text in &scene.notices {
-            notice(text);
-        }
-        if let Some(name) = &args.environment {
-            scene.environment = Some(Environment {
-                rotation: settings.environment.rotation,
-                intensity: settings.environment.intensity,
-                ..Environment::open(name)?
-            });
-        }
-        let moves = scene.motion.is_some();
-        let scene_hash = scene.content_hash();
-        // What does not shine now may do so at another time: as long as the scene still moves, that is known.
-        let times = frames.map(|frame| clock.time(frame));
-        let black = scene.why_black(settings.scatters_light(args.bounces), times);
-        apply_clock(&clock, &mut scene, "")?;
-        let (camera, followed) = match camera_override {
-            Some(camera) => (camera, None),
-            None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
+        check_aovs(&args.aov, &settings, args.view.bounces)?;
+        let shown = Shown {
+            scatters: settings.scatters_light(args.view.bounces),
+            environment: settings.environment,
+            clock,
+            frames,
         };
-        let (width, height) = args.size(&camera)?;
-        if let Some(why) = black {
-            notice(why);
-        }
-        let instance = open_vulkan(InstanceOptions {
-            validation: validates,
-            presentation: captured,
-        })?;
-        let (info, reason) = instance.choose(args.device.as_deref())?;
-        log::info!("device: {} ({reason})", info.name);
-        let sizes = SceneSizes::of(&scene);
-        let selection = selection::select(
-            &info,
-            Request {
-                captured,
-                ..args.variant.request()
-            },
-            &sizes,
-        )?;
-        let variant = selection.variant;
-        if args.variant.textures == TexturesArg::Images && sizes.images.count == 0 {
-            notice("the scene has no images, so --textures images has no effect");
-        }
-        log::info!(
-            "tracer: {} ({}); geometry: {} ({}); fetch: {} ({}); textures: {} ({})",
-            variant.tracer.name(),
-            selection.tracer_reason,
-            variant.geometry.name(),
-            selection.geometry_reason,
-            variant.fetch.name(),
-            selection.fetch_reason,
-            variant.textures.name(),
-            selection.textures_reason
-        );
-        let features = Features {
-            presentation: captured && instance.presents(&info),
-            hashed_outputs: matches!(purpose, Purpose::Regression { .. }),
-            executable_properties: purpose == Purpose::Profile && info.executable_properties,
-            ..selection.features()
-        };
-        shaders::check_folder(variant)?;
-        let edited_shaders = shaders::edited_fingerprint()?;
-        let device = Device::open(&instance, info, features)?;
-        let origin = camera.camera_to_world.translation;
-        for limit in scene.limits(&[origin]).iter().filter(|l| l.passed) {
-            notice(&limit.text);
-        }
-        if sizes.triangles >= MANY_TRIANGLES {
-            super::say(format_args!(
-                "building trees over {} triangles",
-                sizes.triangles
-            ));
-        }
-        interrupt.check(NOTHING_WRITTEN)?;
-        let gpu_scene = Arc::new(GpuScene::new(&device, &scene, origin, selection.variant)?);
+        let scene = OpenedScene::open(&args.view, &shown, purpose, interrupt)?;
+        let gpu_scene = &scene.gpu_scene;
         let [required, left_out] = gpu_scene.requirements.features();
         log::info!("required: {}", required.join(", "));
         log::info!(
@@ -198,17 +103,8 @@ impl Session {
             },
             left_out.join(", ")
         );
-        interrupt.check(NOTHING_WRITTEN)?;
-        let view = View {
-            camera,
-            width,
-            height,
-            seed: args.seed,
-            bounces: args.bounces,
-            jitter: args.jitter,
-        };
         let wanted = settings.indirect.secondary;
-        let settings = ResolvedSettings::new(&settings, &gpu_scene, view.bounces);
+        let settings = ResolvedSettings::new(&settings, gpu_scene, scene.view.bounces);
         if settings.indirect.secondary != wanted {
             notice(
                 "without rare ones, the scene has fewer lights than world_reservoirs.min_lights, or one emitter group alone, so indirect.secondary is ris; world_reservoirs.min_lights=0 keeps world reservoirs",
@@ -219,7 +115,21 @@ impl Session {
             ..Tracking::default()
         };
         let uploaded = gpu_scene.clone();
-        let renderer = Renderer::tracking(&device, uploaded, &view, &settings, tracking)?;
+        let renderer =
+            Renderer::tracking(&scene.device, uploaded, &scene.view, &settings, tracking)?;
+        let OpenedScene {
+            view,
+            device,
+            instance,
+            gpu_scene,
+            selection,
+            scene_hash,
+            edited_shaders,
+            clock,
+            camera,
+            black: _,
+            diagonal: _,
+        } = scene;
         Ok(Self {
             settings,
             view,
@@ -230,8 +140,8 @@ impl Session {
             selection,
             scene_hash,
             edited_shaders,
-            clock: moves.then_some(clock),
-            camera: followed.map(|index| MovingCamera::of(&scene, index)),
+            clock,
+            camera,
             rejected: 0,
             first_runs: Vec::new(),
             times: Vec::new(),

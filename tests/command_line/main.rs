@@ -1,5 +1,6 @@
 //! Tests of the command line: exit statuses, one-line errors, no partly written files, equal bits of pictures.
 
+mod advise;
 mod arguments;
 mod compare;
 mod inputs;

@@ -6,6 +6,7 @@ use crate::scene::{Camera, Scene};
 
 /// One camera of a scene, with its motion. Commands store it when they no longer need the scene itself, and compute from it
 /// the camera of each frame.
+#[derive(Clone)]
 pub struct MovingCamera {
     index: usize,
     /// A copy of the scene that contains only its cameras and its motion, from which the camera at a time is computed.

@@ -1,0 +1,150 @@
+//! A chain: the frames that one candidate renders with one seed. Frames of a chain depend on each other, so a chain is one
+//! independent observation.
+
+use super::truth::{Observed, Truth};
+use crate::Result;
+use crate::metrics::statistics::median;
+use crate::render::{Clock, Renderer};
+use crate::scene::{Camera, MovingCamera};
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+/// For what the advice is: which frames are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Purpose {
+    /// A single frame without history
+    Still,
+    /// A late frame of a camera at rest
+    Steady,
+    /// A late frame of a camera that moves; it moves sideways where the scene's own camera does not move
+    Motion,
+}
+
+impl Purpose {
+    /// The number of frames of a chain.
+    pub const fn frames(self) -> u32 {
+        match self {
+            Self::Still => 1,
+            Self::Steady => 16,
+            Self::Motion => 8,
+        }
+    }
+
+    /// The indices of the frames that are measured. Those of a camera at rest show the same, so several count.
+    fn is_measured(self, frame: u32) -> bool {
+        match self {
+            Self::Still | Self::Motion => frame + 1 == self.frames(),
+            Self::Steady => frame >= self.frames() / 2,
+        }
+    }
+}
+
+/// How the camera and the scene move in the frames of a chain.
+pub struct Course {
+    /// For what the advice is.
+    pub purpose: Purpose,
+    /// The clock of the scene, if something in it moves and the purpose is motion.
+    pub clock: Option<Clock>,
+    /// The camera of the scene, if it moves by itself.
+    pub camera: Option<MovingCamera>,
+    /// The camera of the view, and the distance in scene units by which it moves to its right in each frame; it arrives at the
+    /// view in the last frame. The distance is 0 if it does not move.
+    pub view: (Camera, f64),
+}
+
+impl Course {
+    /// Sets the time and the camera of a frame.
+    ///
+    /// # Errors
+    /// The camera of the scene has no direction at that time.
+    pub fn set(&self, renderer: &mut Renderer, frame: u32) -> Result<()> {
+        if let Some(clock) = self.clock {
+            renderer.set_moment(clock.time(frame), self.camera.as_ref())?;
+        }
+        let (camera, step) = &self.view;
+        if *step != 0.0 {
+            let mut camera = camera.clone();
+            let before = f64::from(self.purpose.frames() - 1 - frame);
+            let right = camera.camera_to_world.matrix3.x_axis.normalize_or_zero();
+            camera.camera_to_world.translation -= right * (*step * before);
+            renderer.set_camera(&camera);
+        }
+        Ok(())
+    }
+}
+
+/// What one chain tells about its candidate.
+#[derive(Clone, Debug)]
+pub struct Chain {
+    /// The mean over the measured frames.
+    pub observed: Observed,
+    /// The median time of a frame on the device, in milliseconds.
+    pub milliseconds: f64,
+}
+
+/// Renders one chain. Path tracing reuses nothing, so its chain is the last frame alone. All passes must have run before
+/// ([`warm_up`]), so that no time contains compilation.
+///
+/// # Errors
+/// The device fails, or the scene cannot be rendered at the time of a frame.
+pub fn render(renderer: &mut Renderer, course: &Course, seed: u32, truth: &Truth) -> Result<Chain> {
+    renderer.restart(seed)?;
+    let frames = course.purpose.frames();
+    let first = if renderer.has_history() {
+        0
+    } else {
+        frames - 1
+    };
+    let (mut observed, mut times) = (Vec::new(), Vec::new());
+    for frame in first..frames {
+        course.set(renderer, frame)?;
+        let passes = renderer.single_frame(frame)?;
+        // The first frame has no history, and so less work than those after it.
+        if frame > 0 || frames == 1 {
+            times.push(passes.iter().map(|pass| pass.milliseconds).sum());
+        }
+        if course.purpose.is_measured(frame) {
+            observed.push(truth.observe(&renderer.frame_radiance()?));
+        }
+    }
+    Ok(Chain {
+        observed: Observed::mean_of(&observed),
+        milliseconds: median(times.into_iter()),
+    })
+}
+
+/// Renders the first frames of a chain, so that all passes are compiled. Returns the time of the last one, in seconds.
+///
+/// # Errors
+/// As for [`render`].
+pub fn warm_up(renderer: &mut Renderer, course: &Course) -> Result<f64> {
+    renderer.restart(WARM_UP_SEED)?;
+    let mut took = 0.0;
+    // History is read from the second frame on; the third one has nothing left to compile.
+    for frame in 0..course.purpose.frames().min(3) {
+        course.set(renderer, frame)?;
+        let start = Instant::now();
+        renderer.single_frame(frame)?;
+        took = start.elapsed().as_secs_f64();
+    }
+    Ok(took)
+}
+
+/// The seed of frames that only compile. No chain has it.
+const WARM_UP_SEED: u32 = u32::MAX;
+
+/// The time of a late frame on the device, in milliseconds: the smaller one of two. All passes must have run before.
+///
+/// # Errors
+/// As for [`render`].
+pub fn time(renderer: &mut Renderer, course: &Course) -> Result<f64> {
+    let last = course.purpose.frames() - 1;
+    let mut least = f64::INFINITY;
+    for _ in 0..2 {
+        course.set(renderer, last)?;
+        let passes = renderer.single_frame(last)?;
+        least = least.min(passes.iter().map(|pass| pass.milliseconds).sum());
+    }
+    Ok(least)
+}

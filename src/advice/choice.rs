@@ -1,0 +1,179 @@
+//! The choice among measured candidates.
+
+use super::front::Point;
+use std::cmp::Ordering;
+
+/// The smallest median of a frame, as a fraction of that of path tracing, with which a candidate can be advised. A candidate
+/// that leaves most pixels dark would have a small error, and a picture that is clean and empty.
+const LEAST_MEDIAN: f64 = 0.5;
+
+/// The largest half-width of the interval of an error, as a fraction of the error, with which something can be said.
+const WIDEST_ERROR: f64 = 0.5;
+
+/// The largest half-width of the interval of a ratio of errors at equal time, as its logarithm, with which two candidates
+/// count as equal. Candidates whose ratio is not known so well are only not known to differ.
+const EQUAL: f64 = 0.1;
+
+/// How the best candidate relates to the next one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// The first point is better at equal time.
+    Better,
+    /// The first two points cannot be told apart at equal time, and the first one is cheaper.
+    Cheaper,
+    /// The first point has the smaller error at equal time in this measurement, but it may be chance.
+    Likely,
+    /// Too little is known. The measurement must take about so many times as long.
+    Undecided(f64),
+}
+
+/// True if a candidate leaves so many pixels dark that it cannot be advised.
+fn is_empty(point: &Point, path_tracing: &Point) -> bool {
+    point.median < LEAST_MEDIAN * path_tracing.median
+}
+
+/// Compares two points by their error at equal time; an empty picture loses.
+pub fn compare(a: &Point, b: &Point, path_tracing: &Point) -> Ordering {
+    let empty = |point: &Point| is_empty(point, path_tracing);
+    let ratio = a.log_error_at_equal_time(b).mean;
+    (empty(a).cmp(&empty(b))).then(ratio.total_cmp(&0.0))
+}
+
+/// Sorts the points of the final, the advised one first, and says how it relates to the next one.
+pub fn decide(points: &mut [Point], path_tracing: &Point) -> Verdict {
+    points.sort_by(|a, b| compare(a, b, path_tracing));
+    let [first, others @ ..] = points else {
+        return Verdict::Better;
+    };
+    let relative = first.error.half_width() / first.error.value;
+    if relative.is_nan() || relative > WIDEST_ERROR {
+        let factor = (relative / WIDEST_ERROR).powi(2);
+        return Verdict::Undecided(if factor.is_finite() { factor } else { 4.0 });
+    }
+    // The cheapest of those that are as good comes first; the best one stays beside it.
+    let is_equal = |point: &Point| {
+        let ratio = point.log_error_at_equal_time(first);
+        let half_width = ratio.t_interval_half_width(0.95);
+        !is_empty(point, path_tracing) && ratio.mean <= half_width && half_width <= EQUAL
+    };
+    let cheaper = (0..others.len())
+        .filter(|i| is_equal(&others[*i]))
+        .min_by(|a, b| others[*a].milliseconds.total_cmp(&others[*b].milliseconds));
+    match cheaper {
+        Some(index) if others[index].milliseconds < first.milliseconds => {
+            points[..=index + 1].rotate_right(1);
+            return Verdict::Cheaper;
+        }
+        Some(index) => {
+            points[1..=index + 1].rotate_right(1);
+            return Verdict::Cheaper;
+        }
+        None => {}
+    }
+    let is_clear = others.iter().all(|point| {
+        let ratio = point.log_error_at_equal_time(first);
+        is_empty(point, path_tracing) || ratio.mean > ratio.t_interval_half_width(0.95)
+    });
+    if is_clear {
+        Verdict::Better
+    } else {
+        Verdict::Likely
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::advice::candidates;
+    use crate::advice::chain::Chain;
+    use crate::advice::truth::{Observed, Truth};
+
+    /// A point with the given relMSE, time in milliseconds and median, from eight chains that scatter by the fraction
+    /// `scatter`.
+    fn point(relmse: f64, milliseconds: f64, median: f64, scatter: f64) -> Point {
+        let truth = Truth::new(
+            [vec![[1.0; 3]; 4], vec![[1.0; 3]; 4]],
+            &[vec![], vec![]],
+            64,
+        );
+        let chains: Vec<Chain> = (0..8)
+            .map(|seed| {
+                let change = 1.0 + scatter * [-1.0, 1.0, -0.5, 0.5, 0.8, -0.8, 0.2, -0.2][seed];
+                Chain {
+                    observed: Observed {
+                        relmse: relmse * change,
+                        median,
+                        mean: [1.0; 3],
+                    },
+                    milliseconds,
+                }
+            })
+            .collect();
+        let mut candidate = candidates::all().unwrap().remove(1);
+        candidate.name = format!("{relmse} {milliseconds}");
+        Point::of(&candidate, &chains, &truth)
+    }
+
+    fn decided(points: &[Point], path_tracing: &Point) -> (String, Verdict) {
+        let mut points = points.to_vec();
+        let verdict = decide(&mut points, path_tracing);
+        (points[0].candidate.name.clone(), verdict)
+    }
+
+    #[test]
+    fn the_smaller_error_at_equal_time_wins() {
+        let yardstick = point(1.0, 10.0, 1.0, 0.01);
+        // In the time of 40 ms path tracing has 0.25.
+        let good = point(0.1, 40.0, 1.0, 0.01);
+        let points = [yardstick.clone(), good.clone()];
+        assert_eq!(
+            decided(&points, &yardstick),
+            ("0.1 40".into(), Verdict::Better)
+        );
+        let bad = point(0.5, 40.0, 1.0, 0.01);
+        let points = [bad, yardstick.clone()];
+        assert_eq!(
+            decided(&points, &yardstick),
+            ("1 10".into(), Verdict::Better)
+        );
+    }
+
+    #[test]
+    fn of_equal_ones_the_cheaper_is_taken() {
+        let yardstick = point(1.0, 10.0, 1.0, 0.01);
+        let (cheap, dear) = (point(0.201, 20.0, 1.0, 0.05), point(0.1, 40.0, 1.0, 0.05));
+        let points = [dear, yardstick.clone(), cheap];
+        assert_eq!(
+            decided(&points, &yardstick),
+            ("0.201 20".into(), Verdict::Cheaper)
+        );
+    }
+
+    #[test]
+    fn what_may_be_chance_is_not_called_equal() {
+        let yardstick = point(1.0, 10.0, 1.0, 0.01);
+        let (cheap, dear) = (point(0.24, 20.0, 1.0, 0.6), point(0.1, 40.0, 1.0, 0.6));
+        let points = [cheap, dear, yardstick.clone()];
+        assert_eq!(
+            decided(&points, &yardstick),
+            ("0.1 40".into(), Verdict::Likely)
+        );
+        let points = [point(0.1, 40.0, 1.0, 3.0), yardstick.clone()];
+        let (_, verdict) = decided(&points, &yardstick);
+        assert!(
+            matches!(verdict, Verdict::Undecided(factor) if factor > 1.0),
+            "{verdict:?}"
+        );
+    }
+
+    #[test]
+    fn a_clean_and_empty_picture_loses() {
+        let yardstick = point(2.0, 10.0, 0.8, 0.01);
+        let (empty, good) = (point(0.01, 20.0, 0.1, 0.01), point(0.5, 20.0, 0.9, 0.01));
+        let points = [empty, good, yardstick.clone()];
+        assert_eq!(
+            decided(&points, &yardstick),
+            ("0.5 20".into(), Verdict::Better)
+        );
+    }
+}

@@ -1,0 +1,194 @@
+//! What a race has measured: for each candidate, the time of a frame and its error. A front can be stored, and a choice made
+//! from it later.
+
+use super::candidates::Candidate;
+use super::chain::{Chain, Purpose};
+use super::truth::Truth;
+use crate::metrics::statistics::Estimate;
+use serde::{Deserialize, Serialize};
+
+/// The measured candidates of one scene, view and device.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Front {
+    /// For what the frames were measured.
+    pub purpose: Purpose,
+    /// The width and the height of the measured frames, in pixels.
+    pub size: (u32, u32),
+    /// The width and the height that the user wants; the times hold for them.
+    pub wanted_size: (u32, u32),
+    /// True if the times were measured at the wanted size, and not scaled with the number of pixels.
+    pub timed_at_wanted_size: bool,
+    /// The number of samples per pixel of each of the two references.
+    pub reference_samples: u32,
+    /// The points of the final, whose seeds the race did not use, the advised one first.
+    pub finalists: Vec<Point>,
+    /// The points of all candidates in the race. They decided who came into the final.
+    pub race: Vec<Point>,
+    /// The seconds that were spent on rendering and loading.
+    pub seconds: f64,
+    /// The seconds that were spent on the compilation of shaders.
+    pub compilation_seconds: f64,
+}
+
+/// A number with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The estimate.
+    pub value: f64,
+    /// The lower and the upper end of the interval; null if it is not known.
+    pub interval: Option<[f64; 2]>,
+}
+
+impl Measured {
+    /// The estimate `log` of the logarithm of a positive number, as that number.
+    fn of_log(log: Estimate) -> Self {
+        let half_width = log.t_interval_half_width(0.95);
+        Self {
+            value: log.mean.exp(),
+            interval: (half_width.is_finite())
+                .then(|| [log.mean - half_width, log.mean + half_width].map(f64::exp)),
+        }
+    }
+
+    /// Half the width of the interval; infinite if it is not known.
+    pub fn half_width(&self) -> f64 {
+        self.interval
+            .map_or(f64::INFINITY, |[low, high]| 0.5 * (high - low))
+    }
+}
+
+/// The measurements of one candidate.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Point {
+    /// The candidate.
+    pub candidate: Candidate,
+    /// The number of independent chains.
+    pub chains: usize,
+    /// The time of a frame on the device, in milliseconds, at the wanted size.
+    pub milliseconds: f64,
+    /// The error of a frame: the root of its relMSE.
+    pub error: Measured,
+    /// The median over the lit pixels of a frame, divided by the references.
+    pub median: f64,
+    /// The bias of the mean of the picture, in the channel where it is largest, as a fraction of the reference.
+    pub bias: Bias,
+    /// The logarithm of the relMSE, with its standard error.
+    #[serde(skip)]
+    pub log_relmse: Option<Estimate>,
+    /// The logarithms of the frame times of the chains, in the order in which they took turns with those of other candidates.
+    #[serde(skip)]
+    pub log_times: Vec<f64>,
+}
+
+/// A bias, with the half-width of its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bias {
+    /// The bias.
+    pub relative: f64,
+    /// The half-width of the interval.
+    pub half_width: f64,
+}
+
+impl Bias {
+    /// The largest bias that the interval contains.
+    pub fn bound(&self) -> f64 {
+        self.relative.abs() + self.half_width
+    }
+
+    /// True if the interval does not contain 0.
+    pub fn is_found(&self) -> bool {
+        self.relative.abs() > self.half_width
+    }
+}
+
+impl Point {
+    /// Summarises the chains of a candidate. The relMSE of single chains is skewed, so the interval is one of its logarithm.
+    pub fn of(candidate: &Candidate, chains: &[Chain], truth: &Truth) -> Self {
+        let relmse: Vec<f64> = chains.iter().map(|chain| chain.observed.relmse).collect();
+        let times: Vec<f64> = chains.iter().map(|chain| chain.milliseconds.ln()).collect();
+        let relmse = log_of(Estimate::of(&relmse));
+        let time = times.iter().sum::<f64>() / times.len() as f64;
+        let root = Estimate {
+            mean: 0.5 * relmse.mean,
+            standard_error: 0.5 * relmse.standard_error,
+            ..relmse
+        };
+        let medians = chains.iter().map(|chain| chain.observed.median);
+        Self {
+            candidate: candidate.clone(),
+            chains: chains.len(),
+            milliseconds: time.exp(),
+            error: Measured::of_log(root),
+            median: medians.sum::<f64>() / chains.len().max(1) as f64,
+            bias: bias(chains, truth),
+            log_relmse: Some(relmse),
+            log_times: times,
+        }
+    }
+
+    /// The logarithm of the error at equal time, relative to that of `other`. Chains that took turns are compared in their times,
+    /// so that a disturbance of the machine has no effect. Infinite if nothing is known.
+    pub fn log_error_at_equal_time(&self, other: &Self) -> Estimate {
+        let pairs = self.log_times.iter().zip(&other.log_times);
+        let time = Estimate::of(&pairs.map(|(own, other)| own - other).collect::<Vec<f64>>());
+        let (Some(own), Some(others)) = (self.log_relmse, other.log_relmse) else {
+            return Estimate {
+                mean: f64::INFINITY,
+                standard_error: f64::INFINITY,
+                samples: 0,
+            };
+        };
+        let relmse = own.minus(&others);
+        Estimate {
+            mean: 0.5 * (relmse.mean + time.mean),
+            standard_error: 0.5 * relmse.standard_error.hypot(time.standard_error),
+            samples: relmse.samples.min(time.samples),
+        }
+    }
+
+    /// The error that this point, which is path tracing, has in the time `milliseconds`: samples are added up.
+    pub fn error_in(&self, milliseconds: f64) -> Measured {
+        let factor = (self.milliseconds / milliseconds).sqrt();
+        Measured {
+            value: self.error.value * factor,
+            interval: self.error.interval.map(|ends| ends.map(|end| end * factor)),
+        }
+    }
+}
+
+/// The logarithm of a mean.
+fn log_of(mean: Estimate) -> Estimate {
+    // Chance can make the error of an almost perfect picture negative.
+    let value = mean.mean.max(1e-12);
+    Estimate {
+        mean: value.ln(),
+        standard_error: mean.standard_error / value,
+        ..mean
+    }
+}
+
+fn bias(chains: &[Chain], truth: &Truth) -> Bias {
+    let largest = truth
+        .means()
+        .iter()
+        .map(|t| t.mean.abs())
+        .fold(0.0, f64::max);
+    let of_channel = |c: usize| {
+        let means: Vec<f64> = chains.iter().map(|chain| chain.observed.mean[c]).collect();
+        let difference = Estimate::of(&means).minus(&truth.means()[c]);
+        // Three channels are looked at.
+        let half_width = difference.t_interval_half_width(1.0 - 0.05 / 3.0);
+        Bias {
+            relative: difference.mean / largest,
+            half_width: half_width / largest,
+        }
+    };
+    [0, 1, 2]
+        .map(of_channel)
+        .into_iter()
+        .max_by(|a, b| a.bound().total_cmp(&b.bound()))
+        .unwrap_or(Bias {
+            relative: 0.0,
+            half_width: f64::INFINITY,
+        })
+}

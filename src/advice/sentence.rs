@@ -1,0 +1,146 @@
+//! The advice in words.
+
+use super::chain::Purpose;
+use super::choice::Verdict;
+use super::front::{Front, Measured, Point};
+
+/// The advice: what to use, what it costs, how far off it is, and how it relates to path tracing and to another candidate.
+pub fn advice(front: &Front, verdict: Verdict) -> String {
+    let Some(best) = front.finalists.first() else {
+        return "undecided: nothing was measured".to_owned();
+    };
+    let factor = match verdict {
+        Verdict::Undecided(factor) => Some(factor),
+        Verdict::Better | Verdict::Cheaper | Verdict::Likely => None,
+    };
+    if let Some(factor) = factor {
+        let seconds = (front.seconds * factor).ceil();
+        return format!(
+            "Undecided: after {:.0} s, no error is known within a factor of two; --time {seconds} may suffice.",
+            front.seconds
+        );
+    }
+    let mut text = format!(
+        "Use `{}`: {} per frame of {} × {}, error {}.",
+        best.candidate.name,
+        time(front, best),
+        front.wanted_size.0,
+        front.wanted_size.1,
+        percent(&best.error)
+    );
+    let path_tracing =
+        (front.finalists.iter()).find(|p| p.candidate.is_path_tracing().unwrap_or(false));
+    if let Some(path_tracing) = path_tracing.filter(|p| p.candidate != best.candidate) {
+        let error = path_tracing.error_in(best.milliseconds);
+        text += &format!(" Path tracing for the same time: {}.", percent(&error));
+    }
+    text += &if best.bias.is_found() {
+        format!(
+            " Its mean is off by {:+.1} % ± {:.1} %, which may be a bias.",
+            100.0 * best.bias.relative,
+            100.0 * best.bias.half_width
+        )
+    } else {
+        format!(" No bias found above {:.1} %.", 100.0 * best.bias.bound())
+    };
+    if let Some(second) = front.finalists.get(1) {
+        let name = &second.candidate.name;
+        text += &match verdict {
+            Verdict::Cheaper => {
+                format!(" `{name}` cannot be told apart from it at equal time, and costs more.")
+            }
+            Verdict::Likely => format!(
+                " Whether `{name}` is worse at equal time is not certain; a longer --time tells."
+            ),
+            Verdict::Better | Verdict::Undecided(_) => String::new(),
+        };
+    }
+    if let Some(better) = lower_error(front, best) {
+        text += &format!(
+            " `{}` has {:.2} of the error for {:.1} times the time.",
+            better.candidate.name,
+            better.error.value / best.error.value,
+            better.milliseconds / best.milliseconds
+        );
+    }
+    text
+}
+
+/// The finalist with the least error, if it is clearly below that of the advised one.
+fn lower_error<'a>(front: &'a Front, best: &Point) -> Option<&'a Point> {
+    let others = front
+        .finalists
+        .iter()
+        .filter(|p| p.candidate != best.candidate);
+    let least = others.min_by(|a, b| a.error.value.total_cmp(&b.error.value))?;
+    let highest = least.error.interval.map_or(f64::INFINITY, |[_, high]| high);
+    (highest < best.error.value).then_some(least)
+}
+
+/// What was measured and how, in one line.
+pub fn details(front: &Front) -> String {
+    let frames = match front.purpose {
+        Purpose::Still => "the first frame".to_owned(),
+        Purpose::Steady => format!(
+            "frames {} to {} of a camera at rest",
+            front.purpose.frames() / 2,
+            front.purpose.frames() - 1
+        ),
+        Purpose::Motion => format!("frame {} of a moving camera", front.purpose.frames() - 1),
+    };
+    format!(
+        "Error: root of the relMSE of {frames}, ± half of the 95 % interval over {} seeds, at {} × {} with two references of {} samples per pixel; {:.0} s, and {:.0} s for the compilation of shaders.",
+        front.finalists.first().map_or(0, |point| point.chains),
+        front.size.0,
+        front.size.1,
+        front.reference_samples,
+        front.seconds,
+        front.compilation_seconds
+    )
+}
+
+/// The measured points as a table: first the finalists, then those that were left out.
+pub fn table(front: &Front) -> String {
+    let left_out =
+        (front.race.iter()).filter(|p| front.finalists.iter().all(|f| f.candidate != p.candidate));
+    let points: Vec<&Point> = front.finalists.iter().chain(left_out).collect();
+    let names = points.iter().map(|p| p.candidate.name.chars().count());
+    let width = names.max().unwrap_or(0).max(9);
+    let mut text = format!(
+        "{:width$} {:>10} {:>20} {:>5}",
+        "candidate", "ms", "error", "seeds"
+    );
+    for point in points {
+        text += &format!(
+            "\n{:width$} {:>10.1} {:>20} {:>5}",
+            point.candidate.name,
+            point.milliseconds,
+            percent(&point.error),
+            point.chains
+        );
+    }
+    text
+}
+
+fn time(front: &Front, point: &Point) -> String {
+    let about = if front.timed_at_wanted_size {
+        ""
+    } else {
+        "about "
+    };
+    match point.milliseconds {
+        ms if ms < 10.0 => format!("{about}{ms:.2} ms"),
+        ms if ms < 100.0 => format!("{about}{ms:.1} ms"),
+        ms => format!("{about}{ms:.0} ms"),
+    }
+}
+
+fn percent(error: &Measured) -> String {
+    let half_width = error.half_width();
+    let value = 100.0 * error.value;
+    if half_width.is_finite() {
+        format!("{value:.1} % ± {:.1} %", 100.0 * half_width)
+    } else {
+        format!("about {value:.1} %")
+    }
+}

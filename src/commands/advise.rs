@@ -1,0 +1,209 @@
+//! `advise`: measures which preset to use for a scene on this device, what a frame costs, and how far off it is.
+
+use super::arguments::{ViewArgs, check_files};
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::session::{OpenedScene, Purpose as SessionPurpose, Shown};
+use super::{NOTHING_WRITTEN, check_messages, print};
+use crate::advice::chain::{Course, Purpose};
+use crate::advice::race::{self, Time, Track};
+use crate::advice::{candidates, sentence};
+use crate::base::files::write_atomically;
+use crate::base::json::value_of;
+use crate::render::settings::EnvironmentSettings;
+use crate::{Error, Result};
+use serde_json::json;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// The command-line arguments of `headwater advise`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    view: ViewArgs,
+    /// The kind of frames that the advice is for
+    #[arg(long = "for", value_enum, default_value_t = Purpose::Steady)]
+    purpose: Purpose,
+    /// The time to measure, in seconds, without the compilation of shaders, which is reported apart
+    #[arg(
+        long,
+        default_value_t = 120.0,
+        value_name = "SECONDS",
+        allow_negative_numbers = true
+    )]
+    time: f64,
+    /// Write settings.toml, for --config, and advice.json to this folder, which is created if it is missing
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Print the advice and all measurements as one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// The least time in which a race makes sense, in seconds.
+const LEAST_TIME: f64 = 1.0;
+
+/// The number of frames per second of a moving scene.
+const FRAMES_PER_SECOND: f64 = 24.0;
+
+/// The distance by which a camera moves in each frame, as a fraction of the diagonal of the scene, if the scene does not move
+/// it.
+const STEP: f64 = 0.001;
+
+/// Measures the candidates, and prints the advice.
+///
+/// # Errors
+/// Wrong arguments or input, a scene without light, no usable device, a device or disk that fails, or a signal.
+pub fn run(args: &Args) -> Result<()> {
+    if !(args.time >= LEAST_TIME && args.time.is_finite()) {
+        return Err(Error::input(format!(
+            "--time {}: it is a number of seconds from {LEAST_TIME} up",
+            args.time
+        )));
+    }
+    if args.view.bounces == 0 {
+        return Err(Error::input(
+            "--bounces 0 shows only emitters, which have no error; it begins at 1 here",
+        ));
+    }
+    let interrupt = Interrupt::watch()?;
+    let files = args
+        .output
+        .as_ref()
+        .map(|folder| ["settings.toml", "advice.json"].map(|name| folder.join(name)));
+    if let (Some(folder), Some(files)) = (&args.output, &files) {
+        std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
+        check_files(files.iter().map(|file| ("--output", file.as_path())), [])?;
+    }
+    let time = Time::of(args.time);
+    let is_motion = args.purpose == Purpose::Motion;
+    let frames = args.purpose.frames();
+    let clock = args.view.clock(is_motion.then_some(FRAMES_PER_SECOND))?;
+    let shown = Shown {
+        scatters: true,
+        environment: EnvironmentSettings::default(),
+        clock,
+        frames: 0..if is_motion { frames } else { 1 },
+    };
+    let scene = OpenedScene::open(&args.view, &shown, SessionPurpose::Pictures, &interrupt)?;
+    if scene.black.is_some() {
+        return Err(Error::input(format!(
+            "{}: without light, nothing can be measured",
+            args.view.scene
+        )));
+    }
+    let course = course(args, &scene, clock.time(frames - 1))?;
+    let candidates = candidates::all()?;
+    let progress = Progress::of_whole("the measurement");
+    let track = Track {
+        device: &scene.device,
+        scene: &scene.gpu_scene,
+        view: &scene.view,
+        course: &course,
+    };
+    let (front, verdict) = race::run(&track, &candidates, time, &mut |fraction| {
+        progress.at(fraction);
+        interrupt.check(NOTHING_WRITTEN)
+    })?;
+    progress.finish();
+    let best = front.finalists.first().map(|point| &point.candidate);
+    let command = best.map(|best| command(args, &best.options(), clock.fps, frames));
+    let advice = sentence::advice(&front, verdict);
+    let report = json!({
+        "version": 1,
+        "advice": advice,
+        "command": command,
+        "device": scene.device.info.name,
+        "driver": scene.device.info.driver,
+        "commit": env!("HEADWATER_COMMIT"),
+        "scene": scene.scene_hash,
+        "front": value_of("the measurements", &front)?,
+    });
+    if let (Some([settings_file, report_file]), Some(best)) = (&files, best) {
+        let settings = best.settings()?.to_value()?;
+        let settings = toml::to_string(&settings)
+            .map_err(|e| Error::failed(format!("the settings as TOML: {e}")))?;
+        write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
+        write_atomically(report_file, |file| writeln!(file, "{report:#}"))?;
+    }
+    if args.json {
+        print(format_args!("{report:#}"))?;
+    } else {
+        print(&advice)?;
+        print(sentence::details(&front))?;
+        print(sentence::table(&front))?;
+        if let Some(command) = &command {
+            print(command)?;
+        }
+    }
+    check_messages(&scene.instance.validation_messages())
+}
+
+/// How the camera and the scene move. `last` is the time of the last frame, in seconds.
+fn course(args: &Args, scene: &OpenedScene, last: f64) -> Result<Course> {
+    let mut course = Course {
+        purpose: args.purpose,
+        clock: None,
+        camera: None,
+        view: (scene.view.camera.clone(), 0.0),
+    };
+    if args.purpose != Purpose::Motion {
+        return Ok(course);
+    }
+    course.clock = scene.clock;
+    if let (Some(camera), Some(clock)) = (&scene.camera, scene.clock) {
+        let [first, last] = [clock.time(0), last].map(|time| camera.at(time));
+        if first?.camera_to_world != last?.camera_to_world {
+            course.camera = scene.camera.clone();
+            return Ok(course);
+        }
+    }
+    let diagonal = scene.diagonal;
+    course.view.1 = STEP * diagonal;
+    Ok(course)
+}
+
+/// The complete command that renders what the advice is for, with the options `settings`.
+fn command(args: &Args, settings: &str, fps: Option<f64>, frames: u32) -> String {
+    let view = &args.view;
+    let mut command = format!(
+        "headwater render {} {settings} --bounces {}",
+        quoted(&view.scene),
+        view.bounces
+    );
+    let mut add = |option: &str, value: Option<String>| {
+        if let Some(value) = value {
+            command += &format!(" --{option} {value}");
+        }
+    };
+    add("environment", view.environment.as_deref().map(quoted));
+    add("camera", view.camera.as_deref().map(quoted));
+    add("look-at", view.look_at.as_deref().map(quoted));
+    add("width", view.width.map(|width| width.to_string()));
+    add("height", view.height.map(|height| height.to_string()));
+    add(
+        "start-time",
+        (view.start_time != 0.0).then(|| view.start_time.to_string()),
+    );
+    add("device", view.device.as_deref().map(quoted));
+    add("fps", fps.map(|fps| fps.to_string()));
+    for (option, is_given) in [
+        ("jitter", view.jitter),
+        ("allow-missing", view.load.allow_missing),
+        ("allow-outside", view.load.allow_outside),
+    ] {
+        if is_given {
+            command += &format!(" --{option}");
+        }
+    }
+    format!("{command} --frames {frames} -o picture.exr")
+}
+
+/// A word as a shell reads it back.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./:,=+%@".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
