@@ -12,9 +12,12 @@ use std::sync::Arc;
 /// submissions, but the driver of a GPU that also drives a display may abort a submission that takes too long.
 const MAX_PIXELS: u64 = 1 << 20;
 
-/// The maximum width or height of a picture in pixels; a larger picture is refused. Vulkan guarantees 65,535 workgroups
-/// along an axis, and a workgroup covers a tile of `TILE` × `TILE` pixels.
-const MAX_SIDE: u32 = 65_535 * TILE;
+/// The number of workgroups along an axis that every Vulkan device can dispatch. A workgroup covers a tile of `TILE` × `TILE`
+/// pixels.
+const MAX_TILES: u32 = 65_535;
+
+/// The maximum width of a picture or of a strip, and the maximum height of a strip, in pixels; a wider picture is refused.
+const MAX_SIDE: u32 = MAX_TILES * TILE;
 
 /// Checks that one side of a picture, `pixels` pixels long, has at most 65,535 tiles, because not every Vulkan device can
 /// dispatch more workgroups along an axis. `how` names the side in the message: `wide` or `high`.
@@ -31,8 +34,8 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
 }
 
 /// Cuts a picture of `width` × `height` pixels into strips (groups of whole rows), from top to bottom. The height of a strip
-/// is a multiple of `TILE` rows, except for the last one. Each strip has at most `most_bytes` bytes, with `bytes_a_pixel`
-/// bytes per pixel. It also has at most `MAX_PIXELS` pixels, unless already `TILE` rows have more.
+/// is a multiple of `TILE` rows, except for the last one, and at most `MAX_SIDE`. Each strip has at most `most_bytes` bytes,
+/// with `bytes_a_pixel` bytes per pixel. It also has at most `MAX_PIXELS` pixels, unless already `TILE` rows have more.
 ///
 /// # Errors
 /// One row of tiles has more than `most_bytes` bytes, or more than 65,535 tiles, which not every device can dispatch.
@@ -46,7 +49,7 @@ fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Resul
             row * u64::from(TILE)
         )));
     }
-    let wanted = (MAX_PIXELS / u64::from(width * TILE)).max(1);
+    let wanted = (MAX_PIXELS / u64::from(width * TILE)).clamp(1, MAX_TILES.into());
     let rows = fitting.min(wanted).min(u64::from(height.div_ceil(TILE))) as u32 * TILE;
     Ok((0..height)
         .step_by(rows as usize)
@@ -103,13 +106,22 @@ mod tests {
 
     #[test]
     fn strips_cover_the_picture_and_fit() {
-        for (width, height) in [(1, 1), (640, 360), (2560, 1440), (8192, 8192), (349_525, 9)] {
+        let sizes = [
+            (1, 1),
+            (640, 360),
+            (2560, 1440),
+            (8192, 8192),
+            (349_525, 9),
+            (1, 600_000),
+        ];
+        for (width, height) in sizes {
             let strips = cut_to(width, height, 48, 1 << 27).unwrap();
             let mut next = 0;
             for strip in &strips {
                 assert_eq!(strip.first_row, next);
                 assert_eq!(next % TILE, 0);
                 assert!(strip.pixels(width) as u64 * 48 <= 1 << 27);
+                assert!(strip.rows <= MAX_SIDE);
                 next += strip.rows;
             }
             assert_eq!(next, height);

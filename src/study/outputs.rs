@@ -94,11 +94,12 @@ impl Outputs {
         });
         let json = |value: serde_json::Value| format!("{value:#}\n").into_bytes();
         for (name, bytes) in [
-            (RESULTS, json(results_text::json(&rows, manifest)?)),
             (ERRORS, tidy::results(&series, &swept)?),
             (COSTS, json(times)),
             (TIMES, tidy::times(&series, &swept)?),
             (SCHEMA, json(tidy::schema(&series, &swept))),
+            // The last one, so that whoever finds it finds the others.
+            (RESULTS, json(results_text::json(&rows, manifest)?)),
         ] {
             write_atomically(&self.folder.join(name), |file| file.write_all(&bytes))?;
         }

@@ -373,6 +373,50 @@ fn a_refused_study_leaves_no_folder() {
 
 mod thorough {
     use super::*;
+    use std::collections::BTreeSet;
+
+    /// However a study ends, its tables are complete files, and what it has finished is not rendered again.
+    #[test]
+    fn a_study_that_is_killed_again_and_again_leaves_tables_and_repeats_no_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = write(folder.path(), &PLAN.replace("frames = 3", "frames = 8"));
+        let out = folder.path().join("out");
+        let study = || headwater(&["study", "--plan", &plan, "-o", text(&out)]);
+        let mut finished = false;
+        for attempt in 0..10 {
+            let mut child = study()
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            let began = Instant::now();
+            while !out.join("results.json").exists() && began.elapsed() < Duration::from_secs(60) {
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            // Moments from the start of the process until several runs are finished.
+            std::thread::sleep(Duration::from_millis(37 * attempt * attempt));
+            child.kill().unwrap();
+            finished |= child.wait().unwrap().success();
+            assert_eq!(rows(&out).len(), 2, "attempt {attempt}");
+            for name in ["results.csv", "times.csv"] {
+                let table = std::fs::read_to_string(out.join(name)).unwrap();
+                assert!(
+                    table.starts_with("scene,") && table.ends_with('\n'),
+                    "{table}"
+                );
+            }
+        }
+        println!("finished before a kill: {finished}");
+        assert!(study().output().unwrap().status.success());
+        assert!(rows(&out).iter().all(|row| row["seeds"] == 24));
+        let runs = std::fs::read_to_string(out.join("runs.jsonl")).unwrap();
+        let mut seen = BTreeSet::new();
+        for line in runs.lines() {
+            let run: serde_json::Value = serde_json::from_str(line).unwrap();
+            let key = (run["key"].to_string(), run["seed"].as_u64());
+            assert!(seen.insert(key), "rendered twice: {}", run["seed"]);
+        }
+    }
 
     #[test]
     fn a_damaged_reference_is_named_with_what_to_do() {
