@@ -7,10 +7,10 @@ use crate::metrics::statistics::median;
 use crate::render::{Clock, Renderer};
 use crate::scene::{Camera, MovingCamera};
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// For what the advice is: which frames are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Purpose {
     /// A single frame without history
@@ -114,21 +114,24 @@ pub fn render(renderer: &mut Renderer, course: &Course, seed: u32, truth: &Truth
     })
 }
 
-/// Renders the first frames of a chain, so that all passes are compiled. Returns the time of the last one, in seconds.
+/// Renders the first frames of a chain, so that all passes are compiled. Returns the time that the compilation took.
 ///
 /// # Errors
 /// As for [`render`].
-pub fn warm_up(renderer: &mut Renderer, course: &Course) -> Result<f64> {
+pub fn warm_up(renderer: &mut Renderer, course: &Course) -> Result<Duration> {
     renderer.restart(WARM_UP_SEED)?;
-    let mut took = 0.0;
     // History is read from the second frame on; the third one has nothing left to compile.
-    for frame in 0..course.purpose.frames().min(3) {
+    let frames = course.purpose.frames().min(3);
+    let mut times = Vec::new();
+    for frame in 0..frames {
         course.set(renderer, frame)?;
         let start = Instant::now();
         renderer.single_frame(frame)?;
-        took = start.elapsed().as_secs_f64();
+        times.push(start.elapsed());
     }
-    Ok(took)
+    let (all, last) = (times.iter().sum::<Duration>(), times.last().copied());
+    let rendering = last.filter(|_| frames > 1).unwrap_or_default() * frames;
+    Ok(all.saturating_sub(rendering))
 }
 
 /// The seed of frames that only compile. No chain has it.

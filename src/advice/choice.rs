@@ -1,11 +1,8 @@
 //! The choice among measured candidates.
 
 use super::front::Point;
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
-
-/// The smallest median of a frame, as a fraction of that of path tracing, with which a candidate can be advised. A candidate
-/// that leaves most pixels dark would have a small error, and a picture that is clean and empty.
-const LEAST_MEDIAN: f64 = 0.5;
 
 /// The largest half-width of the interval of an error, as a fraction of the error, with which something can be said.
 const WIDEST_ERROR: f64 = 0.5;
@@ -15,28 +12,25 @@ const WIDEST_ERROR: f64 = 0.5;
 const EQUAL: f64 = 0.1;
 
 /// How the best candidate relates to the next one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The first point is better at equal time.
     Better,
     /// The first two points cannot be told apart at equal time, and the first one is cheaper.
     Cheaper,
-    /// The first point has the smaller error at equal time in this measurement, but it may be chance.
+    /// The first point has the smaller error at equal time in this measurement, but compared with the second one it may be
+    /// chance.
     Likely,
     /// Too little is known. The measurement must take about so many times as long.
     Undecided(f64),
 }
 
-/// True if a candidate leaves so many pixels dark that it cannot be advised.
-fn is_empty(point: &Point, path_tracing: &Point) -> bool {
-    point.median < LEAST_MEDIAN * path_tracing.median
-}
-
 /// Compares two points by their error at equal time; an empty picture loses.
 pub fn compare(a: &Point, b: &Point, path_tracing: &Point) -> Ordering {
-    let empty = |point: &Point| is_empty(point, path_tracing);
-    let ratio = a.log_error_at_equal_time(b).mean;
-    (empty(a).cmp(&empty(b))).then(ratio.total_cmp(&0.0))
+    let empty = |point: &Point| point.is_empty(path_tracing);
+    let costs = [a, b].map(Point::log_cost);
+    (empty(a).cmp(&empty(b))).then(costs[0].total_cmp(&costs[1]))
 }
 
 /// Sorts the points of the final, the advised one first, and says how it relates to the next one.
@@ -54,7 +48,7 @@ pub fn decide(points: &mut [Point], path_tracing: &Point) -> Verdict {
     let is_equal = |point: &Point| {
         let ratio = point.log_error_at_equal_time(first);
         let half_width = ratio.t_interval_half_width(0.95);
-        !is_empty(point, path_tracing) && ratio.mean <= half_width && half_width <= EQUAL
+        !point.is_empty(path_tracing) && ratio.mean <= half_width && half_width <= EQUAL
     };
     let cheaper = (0..others.len())
         .filter(|i| is_equal(&others[*i]))
@@ -70,14 +64,16 @@ pub fn decide(points: &mut [Point], path_tracing: &Point) -> Verdict {
         }
         None => {}
     }
-    let is_clear = others.iter().all(|point| {
+    let is_clear = |point: &Point| {
         let ratio = point.log_error_at_equal_time(first);
-        is_empty(point, path_tracing) || ratio.mean > ratio.t_interval_half_width(0.95)
-    });
-    if is_clear {
-        Verdict::Better
-    } else {
-        Verdict::Likely
+        point.is_empty(path_tracing) || ratio.mean > ratio.t_interval_half_width(0.95)
+    };
+    match others.iter().position(|point| !is_clear(point)) {
+        None => Verdict::Better,
+        Some(index) => {
+            points[1..=index + 1].rotate_right(1);
+            Verdict::Likely
+        }
     }
 }
 

@@ -3,9 +3,14 @@
 
 use super::candidates::Candidate;
 use super::chain::{Chain, Purpose};
+use super::choice::Verdict;
 use super::truth::Truth;
 use crate::metrics::statistics::Estimate;
 use serde::{Deserialize, Serialize};
+
+/// The smallest median of a frame, as a fraction of that of path tracing, with which a candidate can be advised. A candidate
+/// that leaves most pixels dark would have a small error, and a picture that is clean and empty.
+const LEAST_MEDIAN: f64 = 0.5;
 
 /// The measured candidates of one scene, view and device.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -20,6 +25,8 @@ pub struct Front {
     pub timed_at_wanted_size: bool,
     /// The number of samples per pixel of each of the two references.
     pub reference_samples: u32,
+    /// What the points of the final say.
+    pub verdict: Verdict,
     /// The points of the final, whose seeds the race did not use, the advised one first.
     pub finalists: Vec<Point>,
     /// The points of all candidates in the race. They decided who came into the final.
@@ -70,13 +77,12 @@ pub struct Point {
     pub error: Measured,
     /// The median over the lit pixels of a frame, divided by the references.
     pub median: f64,
-    /// The bias of the mean of the picture, in the channel where it is largest, as a fraction of the reference.
+    /// The bias of the mean of the picture, as a fraction of the reference: in the channel where it is found, or else in the
+    /// one where it can be largest.
     pub bias: Bias,
     /// The logarithm of the relMSE, with its standard error.
-    #[serde(skip)]
-    pub log_relmse: Option<Estimate>,
+    pub log_relmse: Estimate,
     /// The logarithms of the frame times of the chains, in the order in which they took turns with those of other candidates.
-    #[serde(skip)]
     pub log_times: Vec<f64>,
 }
 
@@ -121,29 +127,33 @@ impl Point {
             error: Measured::of_log(root),
             median: medians.sum::<f64>() / chains.len().max(1) as f64,
             bias: bias(chains, truth),
-            log_relmse: Some(relmse),
+            log_relmse: relmse,
             log_times: times,
         }
     }
 
+    /// The logarithm of relMSE × time, by which candidates are sorted.
+    pub fn log_cost(&self) -> f64 {
+        let times = self.log_times.iter().sum::<f64>() / self.log_times.len() as f64;
+        self.log_relmse.mean + times
+    }
+
     /// The logarithm of the error at equal time, relative to that of `other`. Chains that took turns are compared in their times,
-    /// so that a disturbance of the machine has no effect. Infinite if nothing is known.
+    /// so that a disturbance of the machine has no effect.
     pub fn log_error_at_equal_time(&self, other: &Self) -> Estimate {
         let pairs = self.log_times.iter().zip(&other.log_times);
         let time = Estimate::of(&pairs.map(|(own, other)| own - other).collect::<Vec<f64>>());
-        let (Some(own), Some(others)) = (self.log_relmse, other.log_relmse) else {
-            return Estimate {
-                mean: f64::INFINITY,
-                standard_error: f64::INFINITY,
-                samples: 0,
-            };
-        };
-        let relmse = own.minus(&others);
+        let relmse = self.log_relmse.minus(&other.log_relmse);
         Estimate {
             mean: 0.5 * (relmse.mean + time.mean),
             standard_error: 0.5 * relmse.standard_error.hypot(time.standard_error),
             samples: relmse.samples.min(time.samples),
         }
+    }
+
+    /// True if a frame leaves so many pixels dark that it cannot be advised, however small its error is.
+    pub fn is_empty(&self, path_tracing: &Self) -> bool {
+        self.median < LEAST_MEDIAN * path_tracing.median
     }
 
     /// The error that this point, which is path tracing, has in the time `milliseconds`: samples are added up.
@@ -186,7 +196,10 @@ fn bias(chains: &[Chain], truth: &Truth) -> Bias {
     [0, 1, 2]
         .map(of_channel)
         .into_iter()
-        .max_by(|a, b| a.bound().total_cmp(&b.bound()))
+        .max_by(|a, b| {
+            let found = a.is_found().cmp(&b.is_found());
+            found.then(a.bound().total_cmp(&b.bound()))
+        })
         .unwrap_or(Bias {
             relative: 0.0,
             half_width: f64::INFINITY,

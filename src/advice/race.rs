@@ -1,5 +1,5 @@
 //! The race: within a given time, references are rendered, then all candidates race, the worse half is left out, then the
-//! worse half of the rest, and the final measures the best ones anew with seeds that the race did not use.
+//! worse part of the rest, and the final measures the best ones with seeds that the race did not use.
 
 use super::candidates::Candidate;
 use super::chain::{self, Chain, Course};
@@ -19,20 +19,22 @@ use std::time::{Duration, Instant};
 const ENDS: [f64; 3] = [0.25, 0.45, 0.6];
 /// The largest part of the time that is spent on timing frames of the wanted size.
 const TIMING_PART: f64 = 0.15;
-/// The number of chains of each candidate in the first round, as far as the time permits.
-const FIRST_CHAINS: u32 = 2;
-/// The number of finalists beside path tracing.
-const FINALISTS: usize = 3;
+/// The least number of chains of each candidate in the first round and in the final, from which intervals are computed.
+const LEAST_CHAINS: u32 = 2;
+/// The number of candidates beside path tracing that come into the final because of their error at equal time.
+const FINALISTS: usize = 2;
+/// A candidate comes into the final too if its error is below this fraction of that of the best one, whatever it costs.
+const MUCH_LESS: f64 = 0.85;
 /// The numbers that are added to the first seed: for the final, and for the two references. The race has the seeds before.
-const FINAL_SEED: u32 = 1 << 16;
+const FINAL_SEED: u32 = 1 << 30;
 const TRUTH_SEEDS: [u32; 2] = [0x5EED_1000, 0x5EED_2000];
 /// The factor that spreads the seed of the view, so that races with different seeds have no seed in common.
 const SPREAD: u32 = 0x9E37_79B9;
 /// The number of frames of all chains, in units of path-traced frames, that a race of useful length renders. The size of the
 /// pictures is chosen by it.
 const USEFUL_FRAMES: f64 = 2000.0;
-/// The width of the smallest pictures that a race renders, in pixels.
-const LEAST_WIDTH: u32 = 48;
+/// The number of pixels of the smallest pictures that a race renders, unless smaller ones are wanted.
+const LEAST_PIXELS: f64 = 1300.0;
 
 /// What a race needs: the scene on the device, the view, and how the camera moves.
 pub struct Track<'a> {
@@ -44,6 +46,17 @@ pub struct Track<'a> {
     pub view: &'a View,
     /// How the camera and the scene move.
     pub course: &'a Course,
+}
+
+impl Track<'_> {
+    fn renderer(&self, view: &View, candidate: &Candidate) -> Result<Renderer> {
+        Renderer::new(
+            self.device,
+            self.scene.clone(),
+            view,
+            &candidate.settings()?,
+        )
+    }
 }
 
 /// The time that a race may take. Compilation of shaders does not count.
@@ -66,6 +79,11 @@ impl Time {
     /// The seconds that have passed, without compilation.
     fn passed(&self) -> f64 {
         (self.started.elapsed().saturating_sub(self.compilation)).as_secs_f64()
+    }
+
+    /// The fraction of the time that has passed, at most 1.
+    fn fraction(&self) -> f64 {
+        (self.passed() / self.seconds).min(1.0)
     }
 
     /// True if the fraction `end` of the time will have passed after work of `more` seconds.
@@ -101,162 +119,189 @@ impl Contestant {
 /// fraction of the time that has passed; an error from it ends the race.
 ///
 /// # Errors
-/// The device fails, the scene cannot be rendered at the time of a frame, or `watch` returns an error.
+/// There are no candidates, the device fails, the scene cannot be rendered at the time of a frame, or `watch` returns an
+/// error.
 pub fn run(
     track: &Track<'_>,
     candidates: &[Candidate],
     mut time: Time,
     watch: &mut Watch<'_>,
-) -> Result<(Front, Verdict)> {
+) -> Result<Front> {
     let course = track.course;
-    let view = small_view(track, candidates, &mut time)?;
-    let compiling = Instant::now();
-    let make = |candidate: &Candidate, seed: u32| -> Result<Renderer> {
-        let view = View {
-            seed,
-            ..view.clone()
-        };
-        Renderer::new(
-            track.device,
-            track.scene.clone(),
-            &view,
-            &candidate.settings()?,
-        )
-    };
     let Some(path_tracing) = candidates.first() else {
         return Err(Error::failed("the race has no candidates"));
     };
-    let first_seed = track.view.seed.wrapping_mul(SPREAD);
-    let truth_seeds = TRUTH_SEEDS.map(|seed| first_seed.wrapping_add(seed));
-    let mut references = truth_seeds.map(|seed| make(path_tracing, seed));
+    let view = small_view(track, path_tracing, &mut time)?;
+    let is_small = (view.width, view.height) != (track.view.width, track.view.height);
+    let compiling = Instant::now();
+    let [mut first, mut second] = [
+        track.renderer(&view, path_tracing)?,
+        track.renderer(&view, path_tracing)?,
+    ];
     let mut contestants = Vec::new();
     for candidate in candidates {
         contestants.push(Contestant {
             candidate: candidate.clone(),
-            renderer: make(candidate, 0)?,
+            renderer: track.renderer(&view, candidate)?,
             chains: Vec::new(),
             took: 0.0,
         });
     }
+    time.compilation += compiling.elapsed();
     for contestant in &mut contestants {
-        contestant.took =
-            chain::warm_up(&mut contestant.renderer, course)? * f64::from(course.purpose.frames());
+        time.compilation += chain::warm_up(&mut contestant.renderer, course)?;
         watch(0.0)?;
     }
-    time.compilation += compiling.elapsed();
 
-    let [first, second] = &mut references;
-    let mut both = [
-        first.as_mut().map_err(clone)?,
-        second.as_mut().map_err(clone)?,
-    ];
-    let (truth, reference_samples) = truth(&mut both, truth_seeds, course, &time, watch)?;
-    let progress =
-        |time: &Time, watch: &mut Watch<'_>| watch((time.passed() / time.seconds).min(1.0));
+    let first_seed = track.view.seed.wrapping_mul(SPREAD);
+    let seeds = TRUTH_SEEDS.map(|seed| first_seed.wrapping_add(seed));
+    let (truth, reference_samples) = truth([&mut first, &mut second], seeds, course, &time, watch)?;
+    drop((first, second));
+    if truth.means().iter().all(|mean| mean.mean == 0.0) {
+        return Err(Error::input(
+            "the camera sees no light, so there is nothing to measure; --camera or --look-at sets another",
+        ));
+    }
 
     let mut seed = first_seed;
+    // Path tracing is the yardstick, and so stays.
     let mut remaining: Vec<usize> = (0..contestants.len()).collect();
-    for end in &ENDS[1..] {
-        let mut turns = 0;
-        loop {
-            let turn: f64 = remaining.iter().map(|i| contestants[*i].took).sum();
-            let enough = turns >= FIRST_CHAINS || contestants[remaining[0]].chains.len() > 1;
-            if enough && time.is_past(*end, turn) || turns > 0 && time.is_past(1.0, turn) {
-                break;
-            }
-            for index in &remaining {
-                contestants[*index].run(course, seed, &truth)?;
-                progress(&time, watch)?;
-            }
-            (turns, seed) = (turns + 1, seed.wrapping_add(1));
-        }
-        // Path tracing is the yardstick, and so stays.
+    for (round, end) in ENDS[1..].iter().enumerate() {
+        let least = if round == 0 { LEAST_CHAINS } else { 0 };
+        let mut chosen = Chosen {
+            contestants: &mut contestants,
+            chosen: &remaining,
+        };
+        seed = chosen.run(course, seed, least, *end, (&truth, &time), watch)?;
         let points: Vec<Point> = contestants.iter().map(|c| c.point(&truth)).collect();
-        let mut others: Vec<usize> = remaining.iter().copied().filter(|i| *i > 0).collect();
+        let mut others = remaining.split_off(1);
         others.sort_by(|a, b| compare(&points[*a], &points[*b], &points[0]));
-        others.truncate(others.len().div_ceil(2).max(FINALISTS.min(others.len())));
-        remaining = std::iter::once(0).chain(others).collect();
+        let half = others.len().div_ceil(2).max(FINALISTS);
+        let kept = if round == 0 { half } else { FINALISTS };
+        others.truncate(kept);
+        remaining.extend(others);
     }
     let race: Vec<Point> = contestants.iter().map(|c| c.point(&truth)).collect();
-    remaining.truncate(1 + FINALISTS);
+    remaining.extend(much_better(&race, &remaining));
 
     for index in &remaining {
         contestants[*index].chains.clear();
     }
-    let mut turns = 0;
-    loop {
-        let seed = first_seed.wrapping_add(FINAL_SEED + turns);
-        let turn: f64 = remaining.iter().map(|i| contestants[*i].took).sum();
-        if turns >= FIRST_CHAINS && time.is_past(1.0 - TIMING_PART, turn) {
-            break;
-        }
-        for index in &remaining {
-            contestants[*index].run(course, seed, &truth)?;
-            progress(&time, watch)?;
-        }
-        turns += 1;
-    }
-    let mut finalists: Vec<Point> = (remaining.iter())
-        .map(|i| contestants[*i].point(&truth))
-        .collect();
-    let yardstick = finalists[0].clone();
-    let verdict = decide(&mut finalists, &yardstick);
-    drop((contestants, references));
+    let mut chosen = Chosen {
+        contestants: &mut contestants,
+        chosen: &remaining,
+    };
+    let end = if is_small { 1.0 - TIMING_PART } else { 1.0 };
+    let seed = first_seed.wrapping_add(FINAL_SEED);
+    chosen.run(course, seed, LEAST_CHAINS, end, (&truth, &time), watch)?;
+    let finalists = remaining.iter().map(|i| contestants[*i].point(&truth));
     let mut front = Front {
         purpose: course.purpose,
         size: (view.width, view.height),
         wanted_size: (track.view.width, track.view.height),
         timed_at_wanted_size: true,
         reference_samples,
-        finalists,
+        verdict: Verdict::Better,
+        finalists: finalists.collect(),
         race,
         seconds: 0.0,
         compilation_seconds: 0.0,
     };
-    if front.size != front.wanted_size {
+    drop(contestants);
+    if is_small {
         scale_times(&mut front, track, &mut time)?;
     }
+    let yardstick = front.finalists[0].clone();
+    front.verdict = decide(&mut front.finalists, &yardstick);
     watch(1.0)?;
     front.seconds = time.passed();
     front.compilation_seconds = time.compilation.as_secs_f64();
-    Ok((front, verdict))
+    Ok(front)
 }
 
-fn clone(error: &mut Error) -> Error {
-    Error::failed(error.to_string())
+/// The contestants of a round.
+struct Chosen<'a> {
+    contestants: &'a mut [Contestant],
+    /// The indices of those that run.
+    chosen: &'a [usize],
+}
+
+impl Chosen<'_> {
+    /// Lets the contestants run chains in turns until the fraction `end` of the time has passed, but at least `least` chains
+    /// each. The first chain has the seed `seed`. Returns the next seed.
+    fn run(
+        &mut self,
+        course: &Course,
+        mut seed: u32,
+        least: u32,
+        end: f64,
+        (truth, time): (&Truth, &Time),
+        watch: &mut Watch<'_>,
+    ) -> Result<u32> {
+        let mut turns = 0;
+        loop {
+            let turn: f64 = self.chosen.iter().map(|i| self.contestants[*i].took).sum();
+            if turns >= least && time.is_past(end, turn) {
+                return Ok(seed);
+            }
+            for index in self.chosen {
+                self.contestants[*index].run(course, seed, truth)?;
+                watch(time.fraction())?;
+            }
+            turns += 1;
+            seed = seed.wrapping_add(1);
+        }
+    }
+}
+
+/// The contestant outside of `remaining` with the smallest error, if that is much smaller than the errors of those: somebody
+/// may want it, whatever it costs.
+fn much_better(race: &[Point], remaining: &[usize]) -> Option<usize> {
+    let error = |index: &usize| race[*index].error.value;
+    let best = remaining.iter().map(error).fold(f64::INFINITY, f64::min);
+    let others = (0..race.len()).filter(|index| !remaining.contains(index));
+    others
+        .filter(|index| error(index) < MUCH_LESS * best && !race[*index].is_empty(&race[0]))
+        .min_by(|a, b| error(a).total_cmp(&error(b)))
 }
 
 /// The view at the largest size at which a race of useful length fits into the time, at most the wanted size.
-fn small_view(track: &Track<'_>, candidates: &[Candidate], time: &mut Time) -> Result<View> {
+fn small_view(track: &Track<'_>, path_tracing: &Candidate, time: &mut Time) -> Result<View> {
     let wanted = track.view;
-    let sized = |width: u32| {
-        let height = f64::from(width) * f64::from(wanted.height) / f64::from(wanted.width);
+    let aspect = f64::from(wanted.width) / f64::from(wanted.height);
+    let sized = |width: f64| {
+        // A narrow picture has a width below that of the smallest ones.
+        let width = (width as u32).clamp(1, wanted.width);
+        let height = (f64::from(width) / aspect).round() as u32;
         View {
             width,
-            height: (height.round() as u32).max(1),
+            height: height.clamp(1, wanted.height),
             ..wanted.clone()
         }
     };
-    let least = sized(LEAST_WIDTH.min(wanted.width));
-    let Some(path_tracing) = candidates.first() else {
-        return Ok(least);
-    };
-    let compiling = Instant::now();
-    let settings = path_tracing.settings()?;
-    let mut renderer = Renderer::new(track.device, track.scene.clone(), &least, &settings)?;
-    let frame = chain::warm_up(&mut renderer, track.course)?;
-    time.compilation += compiling.elapsed();
-    let pixels = f64::from(least.width) * f64::from(least.height);
+    let pixels = |view: &View| f64::from(view.width) * f64::from(view.height);
     let frames = USEFUL_FRAMES * f64::from(track.course.purpose.frames()) / 16.0;
-    let affordable = time.seconds * pixels / (frames * frame.max(1e-9));
-    let aspect = f64::from(wanted.width) / f64::from(wanted.height);
-    let width = ((affordable * aspect).sqrt() as u32).clamp(least.width, wanted.width);
-    Ok(sized(width))
+    let mut view = sized((LEAST_PIXELS * aspect).sqrt());
+    loop {
+        let compiling = Instant::now();
+        let mut renderer = track.renderer(&view, path_tracing)?;
+        time.compilation += compiling.elapsed();
+        time.compilation += chain::warm_up(&mut renderer, track.course)?;
+        let seconds = 1e-3 * chain::time(&mut renderer, track.course)?;
+        let affordable = pixels(&view) * time.seconds / (frames * seconds.max(1e-9));
+        let next = sized((affordable * aspect).sqrt());
+        // A GPU is not busy with a small picture, so its time says little about a much larger one.
+        if pixels(&next) < 4.0 * pixels(&view) {
+            let is_larger = pixels(&next) > pixels(&view);
+            return Ok(if is_larger { next } else { view });
+        }
+        view = sized((pixels(&next).min(64.0 * pixels(&view)) * aspect).sqrt());
+    }
 }
 
 /// Renders the two references until their part of the time has passed, in turns, so that both have as many samples.
 fn truth(
-    references: &mut [&mut Renderer; 2],
+    mut references: [&mut Renderer; 2],
     seeds: [u32; 2],
     course: &Course,
     time: &Time,
@@ -276,7 +321,7 @@ fn truth(
         }
         samples += at_once;
         turn = f64::max(turn, start.elapsed().as_secs_f64());
-        watch((time.passed() / time.seconds).min(1.0))?;
+        watch(time.fraction())?;
         if samples >= 8 && time.is_past(ENDS[0], turn) {
             break;
         }
@@ -296,27 +341,25 @@ fn truth(
     Ok((Truth::new(halves, &errors, samples), samples))
 }
 
-/// Replaces the times of the finalists, which were measured at the smaller size, by times of the wanted size: measured ones
-/// if there is time for a few frames, otherwise those that follow from the number of pixels.
+/// Replaces the times, which were measured at the smaller size, by times of the wanted size: those of the finalists are
+/// measured if there is time for a few frames; otherwise, and for the others, they follow from the number of pixels.
 fn scale_times(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Result<()> {
     let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
     let factor = pixels(front.wanted_size) / pixels(front.size);
     for point in front.finalists.iter_mut().chain(&mut front.race) {
         point.milliseconds *= factor;
     }
-    // Path tracing and the advised one: three frames of each to compile, and two to time.
-    let measured: f64 = front.finalists.iter().map(|p| p.milliseconds * 1e-3).sum();
-    if time.passed() + 5.0 * measured > time.seconds {
+    // Three frames of each are rendered to compile, and two to time.
+    let frames: f64 = front.finalists.iter().map(|p| p.milliseconds * 1e-3).sum();
+    if time.is_past(1.0, 5.0 * frames) {
         front.timed_at_wanted_size = false;
         return Ok(());
     }
     for point in &mut front.finalists {
         let compiling = Instant::now();
-        let settings = point.candidate.settings()?;
-        let mut renderer = Renderer::new(track.device, track.scene.clone(), track.view, &settings)?;
-        let frame = chain::warm_up(&mut renderer, track.course)?;
-        let rendering = Duration::try_from_secs_f64(3.0 * frame).unwrap_or_default();
-        time.compilation += compiling.elapsed().saturating_sub(rendering);
+        let mut renderer = track.renderer(track.view, &point.candidate)?;
+        time.compilation += compiling.elapsed();
+        time.compilation += chain::warm_up(&mut renderer, track.course)?;
         point.milliseconds = chain::time(&mut renderer, track.course)?;
     }
     Ok(())

@@ -5,7 +5,8 @@ use super::choice::Verdict;
 use super::front::{Front, Measured, Point};
 
 /// The advice: what to use, what it costs, how far off it is, and how it relates to path tracing and to another candidate.
-pub fn advice(front: &Front, verdict: Verdict) -> String {
+pub fn advice(front: &Front) -> String {
+    let verdict = front.verdict;
     let Some(best) = front.finalists.first() else {
         return "undecided: nothing was measured".to_owned();
     };
@@ -16,8 +17,8 @@ pub fn advice(front: &Front, verdict: Verdict) -> String {
     if let Some(factor) = factor {
         let seconds = (front.seconds * factor).ceil();
         return format!(
-            "Undecided: after {:.0} s, no error is known within a factor of two; --time {seconds} may suffice.",
-            front.seconds
+            "Undecided: after {:.0} s, the error of `{}` is not known within a factor of two; --time {seconds} may suffice.",
+            front.seconds, best.candidate.name
         );
     }
     let mut text = format!(
@@ -28,9 +29,7 @@ pub fn advice(front: &Front, verdict: Verdict) -> String {
         front.wanted_size.1,
         percent(&best.error)
     );
-    let path_tracing =
-        (front.finalists.iter()).find(|p| p.candidate.is_path_tracing().unwrap_or(false));
-    if let Some(path_tracing) = path_tracing.filter(|p| p.candidate != best.candidate) {
+    if let Some(path_tracing) = path_tracing(front).filter(|p| p.candidate != best.candidate) {
         let error = path_tracing.error_in(best.milliseconds);
         text += &format!(" Path tracing for the same time: {}.", percent(&error));
     }
@@ -66,12 +65,16 @@ pub fn advice(front: &Front, verdict: Verdict) -> String {
     text
 }
 
-/// The finalist with the least error, if it is clearly below that of the advised one.
+/// Path tracing among the finalists.
+fn path_tracing(front: &Front) -> Option<&Point> {
+    let is_path_tracing = |p: &&Point| p.candidate.is_path_tracing().unwrap_or(false);
+    front.finalists.iter().find(is_path_tracing)
+}
+
+/// The finalist with the least error, if it is clearly below that of the advised one, and its picture is not empty.
 fn lower_error<'a>(front: &'a Front, best: &Point) -> Option<&'a Point> {
-    let others = front
-        .finalists
-        .iter()
-        .filter(|p| p.candidate != best.candidate);
+    let is_empty = |p: &Point| path_tracing(front).is_some_and(|pt| p.is_empty(pt));
+    let others = (front.finalists.iter()).filter(|p| p.candidate != best.candidate && !is_empty(p));
     let least = others.min_by(|a, b| a.error.value.total_cmp(&b.error.value))?;
     let highest = least.error.interval.map_or(f64::INFINITY, |[_, high]| high);
     (highest < best.error.value).then_some(least)
@@ -86,7 +89,10 @@ pub fn details(front: &Front) -> String {
             front.purpose.frames() / 2,
             front.purpose.frames() - 1
         ),
-        Purpose::Motion => format!("frame {} of a moving camera", front.purpose.frames() - 1),
+        Purpose::Motion => format!(
+            "frame {} of a moving camera (by itself, or sideways by a thousandth of the scene per frame)",
+            front.purpose.frames() - 1
+        ),
     };
     format!(
         "Error: root of the relMSE of {frames}, ± half of the 95 % interval over {} seeds, at {} × {} with two references of {} samples per pixel; {:.0} s, and {:.0} s for the compilation of shaders.",

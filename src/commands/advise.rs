@@ -6,12 +6,17 @@ use super::progress::Progress;
 use super::session::{OpenedScene, Purpose as SessionPurpose, Shown};
 use super::{NOTHING_WRITTEN, check_messages, print};
 use crate::advice::chain::{Course, Purpose};
+use crate::advice::choice::Verdict;
 use crate::advice::race::{self, Time, Track};
 use crate::advice::{candidates, sentence};
 use crate::base::files::write_atomically;
 use crate::base::json::value_of;
-use crate::render::settings::EnvironmentSettings;
+use crate::render::Settings;
+use crate::render::presets::{self, Preset};
+use crate::render::settings::{EnvironmentSettings, flatten};
 use crate::{Error, Result};
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -22,8 +27,8 @@ pub struct Args {
     #[command(flatten)]
     view: ViewArgs,
     /// The kind of frames that the advice is for
-    #[arg(long = "for", value_enum, default_value_t = Purpose::Steady)]
-    purpose: Purpose,
+    #[arg(long = "for", value_enum, default_value_t = PurposeArg::Steady)]
+    purpose: PurposeArg,
     /// The time to measure, in seconds, without the compilation of shaders, which is reported apart
     #[arg(
         long,
@@ -38,6 +43,27 @@ pub struct Args {
     /// Print the advice and all measurements as one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// The kind of frames that the advice is for, as `--for` names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum PurposeArg {
+    /// A single frame without history
+    Still,
+    /// A late frame of a camera at rest
+    Steady,
+    /// A late frame of a camera that moves; it moves sideways where the scene's own camera does not move
+    Motion,
+}
+
+impl PurposeArg {
+    const fn purpose(self) -> Purpose {
+        match self {
+            Self::Still => Purpose::Still,
+            Self::Steady => Purpose::Steady,
+            Self::Motion => Purpose::Motion,
+        }
+    }
 }
 
 /// The least time in which a race makes sense, in seconds.
@@ -71,18 +97,16 @@ pub fn run(args: &Args) -> Result<()> {
         .output
         .as_ref()
         .map(|folder| ["settings.toml", "advice.json"].map(|name| folder.join(name)));
-    if let (Some(folder), Some(files)) = (&args.output, &files) {
-        std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
-        check_files(files.iter().map(|file| ("--output", file.as_path())), [])?;
-    }
     let time = Time::of(args.time);
-    let is_motion = args.purpose == Purpose::Motion;
-    let frames = args.purpose.frames();
+    let purpose = args.purpose.purpose();
+    let is_motion = purpose == Purpose::Motion;
+    let frames = purpose.frames();
     let clock = args.view.clock(is_motion.then_some(FRAMES_PER_SECOND))?;
     let shown = Shown {
         scatters: true,
         environment: EnvironmentSettings::default(),
         clock,
+        clock_is_given: args.view.start_time != 0.0,
         frames: 0..if is_motion { frames } else { 1 },
     };
     let scene = OpenedScene::open(&args.view, &shown, SessionPurpose::Pictures, &interrupt)?;
@@ -90,6 +114,16 @@ pub fn run(args: &Args) -> Result<()> {
         return Err(Error::input(format!(
             "{}: without light, nothing can be measured",
             args.view.scene
+        )));
+    }
+    if let (Some(folder), Some(files)) = (&args.output, &files) {
+        std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
+        check_files(files.iter().map(|file| ("--output", file.as_path())), [])?;
+    }
+    if scene.device.info.timestamp_period == 0.0 {
+        return Err(Error::failed(format!(
+            "device '{}' measures no times; --device chooses another",
+            scene.device.info.name
         )));
     }
     let course = course(args, &scene, clock.time(frames - 1))?;
@@ -101,14 +135,17 @@ pub fn run(args: &Args) -> Result<()> {
         view: &scene.view,
         course: &course,
     };
-    let (front, verdict) = race::run(&track, &candidates, time, &mut |fraction| {
+    let front = race::run(&track, &candidates, time, &mut |fraction| {
         progress.at(fraction);
         interrupt.check(NOTHING_WRITTEN)
     })?;
     progress.finish();
-    let best = front.finalists.first().map(|point| &point.candidate);
-    let command = best.map(|best| command(args, &best.options(), clock.fps, frames));
-    let advice = sentence::advice(&front, verdict);
+    let is_decided = !matches!(front.verdict, Verdict::Undecided(_));
+    let best = front.finalists.first().filter(|_| is_decided);
+    let best = best.map(|point| &point.candidate);
+    let fps = scene.clock.and_then(|clock| clock.fps);
+    let command = best.map(|best| command(args, &best.options(), fps, frames));
+    let advice = sentence::advice(&front);
     let report = json!({
         "version": 1,
         "advice": advice,
@@ -119,11 +156,11 @@ pub fn run(args: &Args) -> Result<()> {
         "scene": scene.scene_hash,
         "front": value_of("the measurements", &front)?,
     });
-    if let (Some([settings_file, report_file]), Some(best)) = (&files, best) {
-        let settings = best.settings()?.to_value()?;
-        let settings = toml::to_string(&settings)
-            .map_err(|e| Error::failed(format!("the settings as TOML: {e}")))?;
-        write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
+    if let Some([settings_file, report_file]) = &files {
+        if let Some(best) = best {
+            let settings = changes(&best.settings()?)?;
+            write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
+        }
         write_atomically(report_file, |file| writeln!(file, "{report:#}"))?;
     }
     if args.json {
@@ -142,12 +179,12 @@ pub fn run(args: &Args) -> Result<()> {
 /// How the camera and the scene move. `last` is the time of the last frame, in seconds.
 fn course(args: &Args, scene: &OpenedScene, last: f64) -> Result<Course> {
     let mut course = Course {
-        purpose: args.purpose,
+        purpose: args.purpose.purpose(),
         clock: None,
         camera: None,
         view: (scene.view.camera.clone(), 0.0),
     };
-    if args.purpose != Purpose::Motion {
+    if course.purpose != Purpose::Motion {
         return Ok(course);
     }
     course.clock = scene.clock;
@@ -161,6 +198,18 @@ fn course(args: &Args, scene: &OpenedScene, last: f64) -> Result<Course> {
     let diagonal = scene.diagonal;
     course.view.1 = STEP * diagonal;
     Ok(course)
+}
+
+/// The settings that differ from those of the default preset, as TOML for `--config`.
+fn changes(settings: &Settings) -> Result<String> {
+    let default = Preset::named(presets::DEFAULT)?.settings()?;
+    let (mut own, mut others) = (Vec::new(), Vec::new());
+    flatten("", &settings.to_value()?, &mut own);
+    flatten("", &default.to_value()?, &mut others);
+    let changed = own.iter().filter(|setting| !others.contains(setting));
+    Ok(changed.fold(String::new(), |text, (key, value)| {
+        text + &format!("{key} = {value}\n")
+    }))
 }
 
 /// The complete command that renders what the advice is for, with the options `settings`.
@@ -187,6 +236,20 @@ fn command(args: &Args, settings: &str, fps: Option<f64>, frames: u32) -> String
     );
     add("device", view.device.as_deref().map(quoted));
     add("fps", fps.map(|fps| fps.to_string()));
+    let name = |choice: Option<PossibleValue>| choice.map(|choice| choice.get_name().to_owned());
+    let variant = &view.variant;
+    add(
+        "tracer",
+        name(variant.tracer.to_possible_value()).filter(|name| name != "auto"),
+    );
+    add(
+        "geometry",
+        name(variant.geometry.to_possible_value()).filter(|name| name != "auto"),
+    );
+    add(
+        "textures",
+        name(variant.textures.to_possible_value()).filter(|name| name != "auto"),
+    );
     for (option, is_given) in [
         ("jitter", view.jitter),
         ("allow-missing", view.load.allow_missing),

@@ -89,6 +89,7 @@ impl Session {
             scatters: settings.scatters_light(args.view.bounces),
             environment: settings.environment,
             clock,
+            clock_is_given: true,
             frames,
         };
         let scene = OpenedScene::open(&args.view, &shown, purpose, interrupt)?;

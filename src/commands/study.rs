@@ -2,19 +2,15 @@
 //! frames with references, to measure their errors and to find out whether a configuration is biased.
 
 mod list;
+mod machine;
 mod merge;
 
-use super::arguments::{check_files, parse_look_at, size_for};
+use super::arguments::check_files;
 use super::choices::{LoadArgs, TracerArg};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{NOTHING_WRITTEN, apply_clock, check_messages, notice, open_vulkan, print};
-use crate::device_scene::SceneSizes;
-use crate::device_scene::selection::{self, Request as DeviceRequest};
-use crate::gpu::{Device, DeviceInfo, Instance};
-use crate::render::View;
-use crate::scene::camera::framing_camera;
-use crate::scene::{Camera, Environment, MovingCamera, Scene};
+use super::{NOTHING_WRITTEN, check_messages, notice, open_vulkan, print};
+use crate::scene::Environment;
 use crate::scene_files::check_name;
 use crate::study::folder::Folder;
 use crate::study::forecast::Forecast;
@@ -23,7 +19,6 @@ use crate::study::library::Library;
 use crate::study::manifest::{Manifest, Request};
 use crate::study::outputs::{Outputs, Results};
 use crate::study::plan::{Plan, Resolved};
-use crate::study::planned_scene::PlannedScene;
 use crate::study::results::Row;
 use crate::study::results_text;
 use crate::study::shard::Shard;
@@ -31,8 +26,8 @@ use crate::study::store::Store;
 use crate::study::subject::Subject;
 use crate::study::work::{Site, Stage, Work};
 use crate::{Error, Result};
+use machine::{Machine, camera_override};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The interval between two writes of the result files while a study is running.
@@ -169,11 +164,16 @@ fn conduct(
             "the shards were merged, but what depends on all results cannot be rendered here: {why}; --no-render leaves it out",
         )));
     }
-    if let Some(old) = check_folder(&folder, &manifest)? {
+    let old = check_folder(&folder, &manifest)?;
+    if let Some(old) = old.filter(|old| old.renders_like(&manifest)) {
         manifest.scenes = old.scenes;
     }
     let outputs = Outputs::new(folder.path());
     let files = outputs.files();
+    let is_new = files
+        .iter()
+        .chain([&folder.manifest()])
+        .all(|file| !file.exists());
     check_files(files.iter().map(|file| ("a result", file.as_path())), [])?;
     let mut ledger = Ledger {
         store: Store::open(&folder.runs())?,
@@ -188,6 +188,7 @@ fn conduct(
         outputs,
         interrupt: &interrupt,
         progress: Progress::of_whole("the study"),
+        is_merged: merged.is_some(),
         written: None,
     };
     let own: Vec<Vec<&Resolved>> = (plan.scenes.iter())
@@ -217,7 +218,7 @@ fn conduct(
         tracer: device.tracer,
     };
     let rendered = study.render(&mut ledger, &sites, &machine);
-    if rendered.is_err() && !folder.holds_results() {
+    if rendered.is_err() && is_new && !folder.holds_results() {
         // Tables without a single result would keep the folder.
         study.remove();
     }
@@ -286,6 +287,8 @@ struct Study<'a> {
     outputs: Outputs,
     interrupt: &'a Interrupt,
     progress: Progress,
+    /// True if the runs come from shards, which may have been rendered elsewhere.
+    is_merged: bool,
     /// When the result files were last written, and how long that took.
     written: Option<(Instant, Duration)>,
 }
@@ -314,6 +317,12 @@ impl Study<'_> {
                     }
                 };
                 if self.manifest.remember(&subject.identity) {
+                    if self.is_merged {
+                        return Err(Error::input(format!(
+                            "scene {} or its shaders differ here from those that the shards rendered; --no-render leaves out what depends on all results",
+                            site.planned.name
+                        )));
+                    }
                     self.manifest.write(&self.folder.manifest())?;
                     self.results(ledger)?;
                 }
@@ -367,65 +376,6 @@ impl Study<'_> {
     }
 }
 
-/// The device on which scenes are opened, and the options with which they are loaded.
-struct Machine<'a> {
-    folder: &'a Folder,
-    instance: &'a Arc<Instance>,
-    info: &'a DeviceInfo,
-    load: LoadArgs,
-    tracer: TracerArg,
-}
-
-impl Machine<'_> {
-    /// Loads a scene and uploads it to a device. If `is_first` is true, prints notices about it.
-    fn subject(
-        &self,
-        plan: &Plan,
-        site: &Site<'_>,
-        interrupt: &Interrupt,
-        is_first: bool,
-    ) -> Result<Subject> {
-        let planned = site.planned;
-        let name = &planned.name;
-        let check = || match interrupt.pending() {
-            None => Ok(()),
-            Some(_) => interrupt.check(&kept(self.folder)),
-        };
-        let mut scene = Scene::open_watched(name, self.load.options(), &mut |_, _, _| check())?;
-        scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
-        let clock = plan.clock();
-        // As long as the scene moves: what does not shine now may do so at another time.
-        if is_first {
-            let scatters = |c: &&Resolved| c.settings.scatters_light(plan.bounces);
-            let own = site.configurations;
-            let frames = own.iter().map(|c| c.frames).max().unwrap_or(1);
-            let times = (0..frames).map(|frame| clock.time(frame));
-            if let Some(why) = scene.why_black(own.iter().any(scatters), times) {
-                notice(&format!("{name}: {why}"));
-            }
-        }
-        let prefix = format!("{name}: ");
-        apply_clock(&clock, &mut scene, &prefix)?;
-        let wanted = DeviceRequest {
-            tracer: self.tracer.tracer(),
-            ..DeviceRequest::default()
-        };
-        let selection = selection::select(self.info, wanted, &SceneSizes::of(&scene))?;
-        let device = Device::open(self.instance, self.info.clone(), selection.features())?;
-        let (camera, moving) = camera(planned, &scene, clock.start_time)?;
-        let (width, height) = size_for(&camera, Some(plan.width), None)?;
-        let view = View {
-            camera,
-            width,
-            height,
-            seed: 0,
-            bounces: plan.bounces,
-            jitter: false,
-        };
-        Subject::new(name, &scene, view, moving, &device, selection.variant)
-    }
-}
-
 /// A clause for the message after a signal: it states that the folder keeps the finished runs, or, if it has no results,
 /// that nothing was written.
 fn kept(folder: &Folder) -> String {
@@ -436,33 +386,6 @@ fn kept(folder: &Folder) -> String {
         "{} keeps the finished runs; the same command continues",
         folder.path().display()
     )
-}
-
-/// The camera that the key `look_at` of a scene in the plan (the TOML file of the study) describes; it replaces the
-/// cameras of the scene. `None` if the scene has no such key. Returns an error if its text describes no camera.
-fn camera_override(planned: &PlannedScene) -> Result<Option<Camera>> {
-    let origin = format!("{}: look_at", planned.name);
-    (planned.look_at.as_deref())
-        .map(|text| parse_look_at(&origin, text))
-        .transpose()
-}
-
-/// The camera of a scene at `time`, in seconds: the one that the plan gives, else the scene's first one, else one that
-/// sees the whole scene. The second value is the motion of the scene's first camera; it is `None` for the other two
-/// cameras, which do not move.
-fn camera(
-    planned: &PlannedScene,
-    scene: &Scene,
-    time: f64,
-) -> Result<(Camera, Option<MovingCamera>)> {
-    if let Some(camera) = camera_override(planned)? {
-        return Ok((camera, None));
-    }
-    if scene.cameras.is_empty() {
-        return Ok((framing_camera(scene), None));
-    }
-    let moving = MovingCamera::of(scene, 0);
-    Ok((moving.at(time)?, Some(moving)))
 }
 
 /// Returns an error that lists the rows with a fault. A row holds the results of one configuration on one scene. Its fault

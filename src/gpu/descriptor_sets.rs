@@ -61,7 +61,7 @@ fn allocate(
 
 impl Commands {
     /// Makes a descriptor set that binds `resources`, one for each of the program's bindings, in their order. The set comes
-    /// from the last descriptor pool of the commands, or from a new one if that is full. It is valid until the commands have
+    /// from the first descriptor pool of the commands that has space for it, or from a new one. It is valid until the commands have
     /// finished. `name` is the name of the pass, for error messages.
     pub(super) fn descriptor_set(
         &mut self,
@@ -71,15 +71,23 @@ impl Commands {
     ) -> Result<vk::DescriptorSet> {
         let fail = |e| self.device.failure(&format!("bind pass {name}"), e);
         let pools = &mut self.recorder.descriptor_pools;
-        let allocated = (pools.last()).map(|pool| allocate(&self.device, *pool, program));
+        let is_full = |error: &vk::Result| {
+            [
+                vk::Result::ERROR_OUT_OF_POOL_MEMORY,
+                vk::Result::ERROR_FRAGMENTED_POOL,
+            ]
+            .contains(error)
+        };
+        let allocated = (pools.iter())
+            .map(|pool| allocate(&self.device, *pool, program))
+            .find(|allocated| !allocated.as_ref().is_err_and(is_full));
         let set = match allocated {
-            Some(Err(vk::Result::ERROR_OUT_OF_POOL_MEMORY | vk::Result::ERROR_FRAGMENTED_POOL))
-            | None => {
+            Some(allocated) => allocated,
+            None => {
                 let pool = make_pool(&self.device, resources).map_err(fail)?;
                 pools.push(pool);
                 allocate(&self.device, pool, program)
             }
-            Some(allocated) => allocated,
         };
         let set = set.map_err(fail)?;
         let raw = &self.device.raw;

@@ -19,8 +19,7 @@ pub(super) struct Recorder {
     pub(super) fence: vk::Fence,
     /// Pool of timestamp queries, two per region for [`MAX_TIMED_REGIONS`] regions; null if the device has no timestamps.
     pub(super) queries: vk::QueryPool,
-    /// Descriptor pools of the commands. A new one is made when the last one is full; later recordings use the last one,
-    /// which is the largest.
+    /// Descriptor pools of the commands. A new one is made when all are full; later recordings use the same ones.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
 }
 

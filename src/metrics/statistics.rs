@@ -28,7 +28,7 @@ pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
 
 /// A mean that was estimated from independent samples, such as the mean radiance of a picture from several renders, with the
 /// data that confidence intervals and significance tests need.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
     /// The estimated mean, in the unit of the samples.
     pub mean: f64,

@@ -23,8 +23,8 @@ pub struct Cost {
     /// The time of each pass when it was executed for the first time, in milliseconds; some drivers compile the pass then.
     /// The times are taken from the first run that has such times; the list is empty if no run has them.
     pub first_runs: Milliseconds,
-    /// The time of a frame, divided by that of a frame of path tracing. Null if the plan has no path tracing on the scene, or
-    /// fewer than two seeds are known. Runs with the same seed are compared, because they took turns.
+    /// The time of a frame, divided by that of a frame of path tracing. Null for path tracing itself, if the plan has none on the
+    /// scene, or if fewer than two seeds are known. Runs with the same seed are compared, because they took turns.
     pub time_ratio: Option<Ratio>,
     /// The root of the relMSE of the last frame, divided by that of path tracing which had the same time. Path tracing adds up
     /// all frames that fit into this time; a configuration that does not accumulate has the time of one frame.
@@ -61,6 +61,8 @@ impl Cost {
         (configuration, runs): (&Resolved, &[&Run]),
         base: Option<(&Resolved, &[&Run])>,
     ) -> Self {
+        // With itself, nothing is to be compared.
+        let base = base.filter(|(base, _)| base.name != configuration.name);
         let time_ratio = base.map(|(_, base)| log_time_ratio(runs, base));
         let at_equal_time = |squared: fn(&Run) -> &[f64]| {
             let (base, base_runs) = base?;
@@ -125,7 +127,7 @@ fn log_squared_error(
         let last = frames.last().copied().unwrap_or(f64::NAN);
         if configuration.accumulate {
             last * frames.len() as f64
-        } else if is_path_tracing(configuration) {
+        } else if is_path_tracing(configuration) && configuration.clock.fps.is_none() {
             frames.iter().sum::<f64>() / frames.len() as f64
         } else {
             last
@@ -191,7 +193,8 @@ mod tests {
         let [accumulated, single, own] =
             [accumulated, single, own].map(|runs| refs(Vec::leak(runs)));
         for (base, accumulates) in [(accumulated, true), (single, false)] {
-            let path_tracing = configuration(Integrator::PathTracing, accumulates);
+            let mut path_tracing = configuration(Integrator::PathTracing, accumulates);
+            path_tracing.name = "path tracing".into();
             let cost = Cost::of(
                 "scene",
                 (&configuration(Integrator::Restir, false), &own),

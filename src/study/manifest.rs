@@ -63,8 +63,15 @@ impl Request {
                 self.plan, one.name
             )));
         }
-        for planned in &plan.scenes {
+        for (index, planned) in plan.scenes.iter().enumerate() {
             let name = &planned.name;
+            // Runs are found by the name of their scene.
+            if plan.scenes[..index].iter().any(|other| other.name == *name) {
+                return Err(Error::input(format!(
+                    "plan {}: scene '{name}' is there twice; a study has one view of a scene",
+                    self.plan
+                )));
+            }
             if !configurations.iter().any(|c| c.is_for(name)) {
                 return Err(Error::input(format!(
                     "plan {}: none of its configurations is for scene '{name}'; name one of those in their scenes, or write a plan",
@@ -131,6 +138,9 @@ impl Manifest {
         if manifest.version != VERSION {
             return Err(unusable(format!("its version is {}", manifest.version)));
         }
+        if manifest.shard.index >= manifest.shard.count {
+            return Err(unusable("its shard is not one of its shards".to_owned()));
+        }
         Ok(Some(manifest))
     }
 
@@ -161,6 +171,19 @@ impl Manifest {
             None => self.scenes.push(identity.clone()),
         }
         true
+    }
+
+    /// True if both studies render the same scenes in the same way, so that what one knows of its scenes holds for the other.
+    pub fn renders_like(&self, other: &Self) -> bool {
+        let Request {
+            environment,
+            bounces,
+            ..
+        } = &other.request;
+        let own = &self.request;
+        (&own.environment, &own.bounces) == (environment, bounces)
+            && (&self.device, &self.driver, &self.commit)
+                == (&other.device, &other.driver, &other.commit)
     }
 
     /// The reason why the results of two studies do not fit together; `None` if they do. Which part of the work each one does

@@ -90,6 +90,12 @@ pub struct Plan {
 /// has two uses.
 const MAX_SEEDS: u32 = 1 << 16;
 
+/// The maximum number of samples per pixel of a reference in a plan. Each block of 1,024 samples is a file.
+const MAX_REFERENCE_SAMPLES: u32 = 1 << 22;
+
+/// The maximum number of frames of a run in a plan. Each run stores several numbers of each frame.
+const MAX_FRAMES: u32 = 1 << 16;
+
 /// The maximum number of configurations in a plan, including all combinations of its sweeps. A plan with more is refused
 /// before the combinations take memory.
 const MAX_CONFIGURATIONS: usize = 4096;
@@ -279,6 +285,18 @@ impl Plan {
         }
         if plan.seeds.max(plan.most_seeds.unwrap_or(0)) > MAX_SEEDS {
             return wrong(&format!("seeds and most_seeds end at {MAX_SEEDS}"));
+        }
+        let own = plan.scenes.iter().filter_map(|scene| scene.reference_spp);
+        let samples = own
+            .chain(plan.most_reference_spp)
+            .chain([plan.reference_spp]);
+        if samples.max() > Some(MAX_REFERENCE_SAMPLES) {
+            return wrong(&format!(
+                "samples of references end at {MAX_REFERENCE_SAMPLES}"
+            ));
+        }
+        if plan.frames > MAX_FRAMES {
+            return wrong(&format!("frames ends at {MAX_FRAMES}"));
         }
         if plan.configurations.is_empty() && plan.sweeps.is_empty() {
             return wrong("it has neither configurations nor sweeps");

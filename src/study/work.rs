@@ -1,7 +1,7 @@
 //! The work of a study on one scene: it renders the runs and the blocks of references that are missing. First all
 //! configurations get a few runs and a coarse reference, so that every row has a first result soon.
 
-use super::bias::{MAX_HALF_WIDTH, MAX_REFERENCE_HALF_WIDTH};
+use super::bias::{Bias, MAX_HALF_WIDTH, MAX_REFERENCE_HALF_WIDTH};
 use super::cell::Cell;
 use super::forecast::{Effort, Task};
 use super::ledger::{Ledger, OnStep};
@@ -265,10 +265,14 @@ impl<'a> Work<'a> {
     /// as the plan permits.
     fn improve_reference(&mut self, configuration: &Resolved) -> Result<()> {
         let most = self.site.plan.most_blocks(self.site.blocks());
-        let mut count = self.site.blocks().count;
+        let SampleBlocks { size, mut count } = self.site.blocks();
         loop {
             let references = self.known(configuration)?;
-            if count >= most || references.last().half_width() <= MAX_REFERENCE_HALF_WIDTH {
+            let reference = references.last();
+            // A study that was stopped in between ends with as many blocks as one that was not.
+            let is_between = reference.samples > size * count;
+            let is_enough = reference.half_width() <= MAX_REFERENCE_HALF_WIDTH;
+            if count >= most || (is_enough && !is_between) {
                 return Ok(());
             }
             count = (2 * count).min(most);
@@ -285,12 +289,16 @@ impl<'a> Work<'a> {
         while seeds < plan.most_seeds() {
             let mut wide = Vec::new();
             for configuration in configurations {
+                let references = self.known(configuration)?;
                 let cell = Self::cell(self.site, self.subject, configuration);
-                let row = cell.row(self.ledger, self.site.configurations.len())?;
-                let half_width = row.bias.map_or(0.0, |bias| bias.largest_half_width());
-                if row.seeds == seeds as usize && half_width > MAX_HALF_WIDTH {
+                let runs = cell.runs(&self.ledger.store, configuration, 0..seeds)?;
+                let bias = Bias::measure(&runs, references.last());
+                if bias.largest_half_width() > MAX_HALF_WIDTH {
                     wide.push(*configuration);
                 }
+            }
+            if wide.is_empty() {
+                break;
             }
             let more = (seeds + plan.seeds).min(plan.most_seeds());
             self.turns(Effort::Runs, &wide, seeds..more)?;
@@ -302,6 +310,9 @@ impl<'a> Work<'a> {
     /// Renders the controls of a configuration.
     fn control(&mut self, configuration: &Resolved) -> Result<()> {
         let cell = Self::cell(self.site, self.subject, configuration);
+        // The names of controls are their own.
+        let task = self.site.task(Effort::Controls, &configuration.name);
+        self.ledger.forecast.set_to_come(task, 0);
         let seeds = cell.control_seeds();
         let single = cell.controls(&self.ledger.store)?.single;
         self.turns(Effort::Controls, &[&single], seeds.clone())?;
@@ -309,8 +320,6 @@ impl<'a> Work<'a> {
         if let Some(control) = cell.controls(&self.ledger.store)?.matching {
             self.turns(Effort::Controls, &[&control], seeds)?;
         }
-        let task = self.site.task(Effort::Controls, &configuration.name);
-        self.ledger.forecast.set_to_come(task, 0);
         Ok(())
     }
 
@@ -336,7 +345,10 @@ impl<'a> Work<'a> {
         seeds: Range<u32>,
     ) -> Result<()> {
         for configuration in configurations {
-            let steps = seeds.len() as u64 * u64::from(configuration.frames);
+            let cell = Self::cell(self.site, self.subject, configuration);
+            let done = cell.runs(&self.ledger.store, configuration, seeds.clone())?;
+            let missing = seeds.len().saturating_sub(done.len());
+            let steps = missing as u64 * u64::from(configuration.frames);
             let task = self.site.task(effort, &configuration.name);
             self.ledger.forecast.set_to_come(task, steps);
         }

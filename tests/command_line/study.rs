@@ -49,6 +49,9 @@ fn plans_that_make_no_sense_are_one_line_and_status_2() {
         ("seeds = 24", "seeds = 4000000000", "65536"),
         ("\"cornell\"", "\"cornel\"", "cornell"),
         ("\"cornell\"", "\"cornell\", \"no.glb\"", "no.glb"),
+        ("\"cornell\"", "\"cornell\", \"cornell\"", "is there twice"),
+        ("reference_spp = 64", "reference_spp = 9000000", "4194304"),
+        ("frames = 3", "frames = 90000", "65536"),
         (
             "\"cornell\"",
             "{ scene = \"cornell\", look_att = \"0\" }",
@@ -195,14 +198,18 @@ fn table(folder: &Path, name: &str) -> Vec<serde_json::Value> {
     json["rows"].as_array().unwrap().clone()
 }
 
-/// Three shards, of which one is killed and started again, give the results of the whole study, to the last byte.
 #[test]
 fn shards_merge_to_the_whole_study() {
-    let folder = tempfile::tempdir().unwrap();
     let plan = PLAN
         .replace("seeds = 24", "seeds = 4")
         .replace("frames = 3", "frames = 2");
-    let plan = write(folder.path(), &plan);
+    merge_three_shards(&plan);
+}
+
+/// Three shards, of which one is killed and started again, give the results of the whole study, to the last byte.
+fn merge_three_shards(plan: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = write(folder.path(), plan);
     let whole = folder.path().join("whole");
     let study = |out: &Path, more: &[&str]| {
         let arguments = [&["study", "--plan", &plan, "-o", text(out)], more].concat();
@@ -212,8 +219,10 @@ fn shards_merge_to_the_whole_study() {
     let shards = ["1/3", "2/3", "3/3"].map(|shard| (shard, folder.path().join(&shard[..1])));
     let mut killed = study(&shards[1].1, &["--shard", "2/3"]).spawn().unwrap();
     let began = Instant::now();
-    while !shards[1].1.join("runs.jsonl").exists() && began.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(5));
+    let runs = shards[1].1.join("runs.jsonl");
+    let has_runs = || runs.metadata().is_ok_and(|about| about.len() > 0);
+    while !has_runs() && began.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(2));
     }
     killed.kill().unwrap();
     killed.wait().unwrap();
@@ -374,6 +383,17 @@ fn a_refused_study_leaves_no_folder() {
 mod thorough {
     use super::*;
     use std::collections::BTreeSet;
+
+    /// What depends on the results of all shards (a better reference, more seeds, controls, fresh seeds) is the same too.
+    #[test]
+    fn shards_of_a_proof_merge_to_the_whole_proof() {
+        let plan = PLAN
+            .replace("seeds = 24\nmost_seeds = 24", "seeds = 4\nmost_seeds = 12")
+            .replace("reference_spp = 64", "reference_spp = 16")
+            .replace("frames = 3", "frames = 2")
+            .replacen("expect = \"biased\"", "expect = \"unbiased\"", 1);
+        merge_three_shards(&plan);
+    }
 
     /// However a study ends, its tables are complete files, and what it has finished is not rendered again.
     #[test]
@@ -543,7 +563,7 @@ mod thorough {
         stop_and_go_on(&format!("fps = 4\nstart_time = 0.25{moving}"));
     }
 
-    /// A study continues with the runs of its first look (`--quick`); only the references of the two differ.
+    /// A study continues with the runs and the blocks of references of its first look (`--quick`).
     #[test]
     fn a_study_goes_on_from_its_first_look() {
         let folder = tempfile::tempdir().unwrap();
@@ -551,7 +571,13 @@ mod thorough {
         let plan = write(folder.path(), &PLAN.replace("seeds = 24", "seeds = 8"));
         let study = ["study", "--plan", &plan, "-o", text(&out)];
         succeed(&[&study[..], &["--quick"]].concat());
+        let first = std::fs::read(out.join("runs.jsonl")).unwrap();
         succeed(&study);
         assert!(rows(&out).iter().all(|row| row["replays"] == true));
+        let all = std::fs::read(out.join("runs.jsonl")).unwrap();
+        assert!(all.starts_with(&first));
+        let lines = all.iter().filter(|byte| **byte == b'\n').count();
+        // Of each configuration eight runs, one to repeat and one to count.
+        assert_eq!(lines, 2 * 10);
     }
 }

@@ -50,6 +50,8 @@ pub struct Shown {
     pub environment: EnvironmentSettings,
     /// The clock, which gives for the index of a frame the time in the scene that the frame shows.
     pub clock: Clock,
+    /// True if the user has set the clock, so that a notice says that it has no effect on a scene at rest.
+    pub clock_is_given: bool,
     /// The indices of the frames that the user will see.
     pub frames: Range<u32>,
 }
@@ -116,7 +118,9 @@ impl OpenedScene {
         // What does not shine now may do so at another time: as long as the scene still moves, that is known.
         let times = shown.frames.clone().map(|frame| clock.time(frame));
         let black = scene.why_black(shown.scatters, times);
-        apply_clock(&clock, &mut scene, "")?;
+        if shown.clock_is_given || moves {
+            apply_clock(&clock, &mut scene, "")?;
+        }
         let (camera, followed) = match camera_override {
             Some(camera) => (camera, None),
             None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,

@@ -144,7 +144,12 @@ pub fn run(args: &Args) -> Result<()> {
 
 /// Copies the files of references that are not there yet.
 fn copy_references(from: &Path, to: &Path) -> Result<()> {
-    let entries = from.read_dir().map_err(|e| Error::reading(from, e))?;
+    let entries = match from.read_dir() {
+        Ok(entries) => entries,
+        // Empty folders are often lost on the way from one machine to another.
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(Error::reading(from, error)),
+    };
     for entry in entries {
         let entry = entry.map_err(|e| Error::reading(from, e))?;
         let (path, copy) = (entry.path(), to.join(entry.file_name()));
