@@ -39,8 +39,20 @@ fn a_scene_that_memory_does_not_hold_ends_in_one_line() {
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
 
+/// Whatever memory is missing, the last save stays whole. Some allocations of a software driver are not checked, and end the
+/// process by a signal; where the program itself lacks memory, it says so.
 #[test]
 fn a_reference_that_runs_out_of_memory_keeps_its_last_save() {
+    let said = (0..6).find_map(|_| {
+        let output = without_memory();
+        output.status.code().is_some().then(|| failed(output))
+    });
+    let line = said.expect("each of six processes was ended by a signal");
+    assert!(line.contains("out of memory"), "{line}");
+}
+
+/// Runs a reference that gets no more memory after its first save, and checks that a save is left.
+fn without_memory() -> Output {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("a.exr");
     let child = headwater(&[
@@ -72,11 +84,13 @@ fn a_reference_that_runs_out_of_memory_keeps_its_last_save() {
     // SAFETY: the limits of the child just started, from a structure that lives during the call.
     let set = unsafe { libc::prlimit(id, libc::RLIMIT_AS, &none, std::ptr::null_mut()) };
     assert_eq!(set, 0);
-    let line = failed(child.wait_with_output().unwrap());
-    assert!(line.contains("out of memory"), "{line}");
+    let output = child.wait_with_output().unwrap();
     let kept = Image::read(&out).unwrap();
     assert!(kept.metadata["headwater.samples"].parse::<u32>().unwrap() > 0);
-    assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+    if output.status.code().is_some() {
+        assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+    }
+    output
 }
 
 #[test]
