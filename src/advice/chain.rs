@@ -9,7 +9,7 @@ use crate::scene::{Camera, MovingCamera};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
-/// For what the advice is: which frames are measured.
+/// The purpose of an advice, which decides which frames are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Purpose {
@@ -40,9 +40,9 @@ impl Purpose {
     }
 }
 
-/// How the camera and the scene move in the frames of a chain.
+/// The motion of the camera and of the scene in the frames of a chain.
 pub struct Course {
-    /// For what the advice is.
+    /// The purpose of the advice.
     pub purpose: Purpose,
     /// The clock of the scene, if something in it moves and the purpose is motion.
     pub clock: Option<Clock>,
@@ -74,7 +74,7 @@ impl Course {
     }
 }
 
-/// What one chain tells about its candidate.
+/// The measurements of one chain.
 #[derive(Clone, Debug)]
 pub struct Chain {
     /// The mean over the measured frames.

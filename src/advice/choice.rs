@@ -1,7 +1,6 @@
 //! The choice among measured candidates.
 
-use super::front::Point;
-use serde::{Deserialize, Serialize};
+use super::front::{Point, Verdict};
 use std::cmp::Ordering;
 
 /// The largest half-width of the interval of an error, as a fraction of the error, with which something can be said.
@@ -10,21 +9,6 @@ const WIDEST_ERROR: f64 = 0.5;
 /// The largest half-width of the interval of a ratio of errors at equal time, as its logarithm, with which two candidates
 /// count as equal. Candidates whose ratio is not known so well are only not known to differ.
 const EQUAL: f64 = 0.1;
-
-/// How the best candidate relates to the next one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// The first point is better at equal time.
-    Better,
-    /// The first two points cannot be told apart at equal time, and the first one is cheaper.
-    Cheaper,
-    /// The first point has the smaller error at equal time in this measurement, but compared with the second one it may be
-    /// chance.
-    Likely,
-    /// Too little is known. The measurement must take about so many times as long.
-    Undecided(f64),
-}
 
 /// Compares two points by their error at equal time; an empty picture loses.
 pub fn compare(a: &Point, b: &Point, path_tracing: &Point) -> Ordering {

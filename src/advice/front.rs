@@ -1,9 +1,8 @@
-//! What a race has measured: for each candidate, the time of a frame and its error. A front can be stored, and a choice made
-//! from it later.
+//! The measurements of a race: for each candidate, the time of a frame and its error. A front can be stored, and a choice
+//! made from it later.
 
 use super::candidates::Candidate;
 use super::chain::{Chain, Purpose};
-use super::choice::Verdict;
 use super::truth::Truth;
 use crate::metrics::statistics::Estimate;
 use serde::{Deserialize, Serialize};
@@ -15,7 +14,7 @@ const LEAST_MEDIAN: f64 = 0.5;
 /// The measured candidates of one scene, view and device.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Front {
-    /// For what the frames were measured.
+    /// The purpose, which decided which frames were measured.
     pub purpose: Purpose,
     /// The width and the height of the measured frames, in pixels.
     pub size: (u32, u32),
@@ -25,7 +24,7 @@ pub struct Front {
     pub timed_at_wanted_size: bool,
     /// The number of samples per pixel of each of the two references.
     pub reference_samples: u32,
-    /// What the points of the final say.
+    /// The relation of the first finalist to the second one.
     pub verdict: Verdict,
     /// The points of the final, whose seeds the race did not use, the advised one first.
     pub finalists: Vec<Point>,
@@ -35,6 +34,21 @@ pub struct Front {
     pub seconds: f64,
     /// The seconds that were spent on the compilation of shaders.
     pub compilation_seconds: f64,
+}
+
+/// The relation of the best candidate to the next one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The first point is better at equal time.
+    Better,
+    /// The first two points cannot be told apart at equal time, and the first one is cheaper.
+    Cheaper,
+    /// The first point has the smaller error at equal time in this measurement, but compared with the second one it may be
+    /// chance.
+    Likely,
+    /// Too little is known. The measurement must take about so many times as long.
+    Undecided(f64),
 }
 
 /// A number with its 95 % interval.

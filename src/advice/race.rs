@@ -3,8 +3,8 @@
 
 use super::candidates::Candidate;
 use super::chain::{self, Chain, Course};
-use super::choice::{Verdict, compare, decide};
-use super::front::{Front, Point};
+use super::choice::{compare, decide};
+use super::front::{Front, Point, Verdict};
 use super::truth::Truth;
 use crate::base::progress::Watch;
 use crate::device_scene::GpuScene;
@@ -36,7 +36,7 @@ const USEFUL_FRAMES: f64 = 2000.0;
 /// The number of pixels of the smallest pictures that a race renders, unless smaller ones are wanted.
 const LEAST_PIXELS: f64 = 1300.0;
 
-/// What a race needs: the scene on the device, the view, and how the camera moves.
+/// The inputs of a race: the scene on the device, the view, and the motion of the camera.
 pub struct Track<'a> {
     /// The device.
     pub device: &'a Arc<Device>,
@@ -44,7 +44,7 @@ pub struct Track<'a> {
     pub scene: &'a Arc<GpuScene>,
     /// The view at the size that the user wants.
     pub view: &'a View,
-    /// How the camera and the scene move.
+    /// The motion of the camera and of the scene.
     pub course: &'a Course,
 }
 
@@ -115,7 +115,7 @@ impl Contestant {
     }
 }
 
-/// Measures the candidates, of which the first one is path tracing, within the time `time`. `watch` is called with the
+/// Measures the candidates within the time `time`; the first candidate is path tracing. `watch` is called with the
 /// fraction of the time that has passed; an error from it ends the race.
 ///
 /// # Errors
@@ -254,8 +254,8 @@ impl Chosen<'_> {
     }
 }
 
-/// The contestant outside of `remaining` with the smallest error, if that is much smaller than the errors of those: somebody
-/// may want it, whatever it costs.
+/// The contestant outside of `remaining` with the smallest error, if it is much smaller than the errors of those:
+/// it may be wanted, whatever it costs.
 fn much_better(race: &[Point], remaining: &[usize]) -> Option<usize> {
     let error = |index: &usize| race[*index].error.value;
     let best = remaining.iter().map(error).fold(f64::INFINITY, f64::min);

@@ -1,8 +1,7 @@
 //! The advice in words.
 
 use super::chain::Purpose;
-use super::choice::Verdict;
-use super::front::{Front, Measured, Point};
+use super::front::{Front, Measured, Point, Verdict};
 
 /// The advice: what to use, what it costs, how far off it is, and how it relates to path tracing and to another candidate.
 pub fn advice(front: &Front) -> String {
@@ -49,7 +48,7 @@ pub fn advice(front: &Front) -> String {
                 format!(" `{name}` cannot be told apart from it at equal time, and costs more.")
             }
             Verdict::Likely => format!(
-                " Whether `{name}` is worse at equal time is not certain; a longer --time tells."
+                " Whether `{name}` is worse at equal time is not certain; a longer --time can decide."
             ),
             Verdict::Better | Verdict::Undecided(_) => String::new(),
         };
@@ -80,7 +79,7 @@ fn lower_error<'a>(front: &'a Front, best: &Point) -> Option<&'a Point> {
     (highest < best.error.value).then_some(least)
 }
 
-/// What was measured and how, in one line.
+/// The conditions of the measurement, in one line.
 pub fn details(front: &Front) -> String {
     let frames = match front.purpose {
         Purpose::Still => "the first frame".to_owned(),

@@ -11,7 +11,7 @@ pub struct Truth {
     means: [Estimate; 3],
 }
 
-/// What one frame of a chain tells about the error of its candidate.
+/// The measurements of one frame, or their means over several.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observed {
     /// The relMSE, free of the noise of the references.

@@ -6,7 +6,7 @@ use super::progress::Progress;
 use super::session::{OpenedScene, Purpose as SessionPurpose, Shown};
 use super::{NOTHING_WRITTEN, check_messages, print};
 use crate::advice::chain::{Course, Purpose};
-use crate::advice::choice::Verdict;
+use crate::advice::front::Verdict;
 use crate::advice::race::{self, Time, Track};
 use crate::advice::{candidates, sentence};
 use crate::base::files::write_atomically;
@@ -176,7 +176,7 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&scene.instance.validation_messages())
 }
 
-/// How the camera and the scene move. `last` is the time of the last frame, in seconds.
+/// The motion of the camera and of the scene. `last` is the time of the last frame, in seconds.
 fn course(args: &Args, scene: &OpenedScene, last: f64) -> Result<Course> {
     let mut course = Course {
         purpose: args.purpose.purpose(),

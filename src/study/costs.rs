@@ -1,5 +1,5 @@
-//! What the configurations of a study cost, and their errors in relation to their costs. All of this depends on the clock, so
-//! it stands apart from the results, which are the same on every run.
+//! The costs of the configurations of a study, and their errors in relation to their costs. All of this depends on the clock,
+//! so it is separate from the results, which are the same on every run.
 
 use super::plan::Resolved;
 use super::run::{Milliseconds, Run, frame_times};
@@ -29,7 +29,7 @@ pub struct Cost {
     /// The root of the relMSE of the last frame, divided by that of path tracing which had the same time. Path tracing adds up
     /// all frames that fit into this time; a configuration that does not accumulate has the time of one frame.
     pub error_at_equal_time: Option<Ratio>,
-    /// The same with the clamped RMSE instead of the root of the relMSE.
+    /// The clamped RMSE of the last frame, divided by that of path tracing which had the same time.
     pub clamped_error_at_equal_time: Option<Ratio>,
 }
 

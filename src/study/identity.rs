@@ -8,7 +8,7 @@ use crate::base::short_hash::short;
 use crate::render::Settings;
 use serde::{Deserialize, Serialize};
 
-/// What all runs and references of one scene depend on, besides the settings of a configuration. A study stores it in its
+/// The inputs of all runs and references of one scene, besides the settings of a configuration. A study stores it in its
 /// folder ([`Manifest`](super::manifest::Manifest)).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {

@@ -1,10 +1,10 @@
-//! What a study knows so far: its finished runs, its references, and the forecast of the work that is left.
+//! The state of a study: its finished runs, its references, and the forecast of the work that is left.
 
 use super::forecast::Forecast;
 use super::library::Library;
 use super::store::Store;
 
-/// The knowledge of a study, from which its results follow at any moment.
+/// The state of a study, from which its results can be computed at any moment.
 pub struct Ledger {
     /// The finished runs.
     pub store: Store,
@@ -14,6 +14,6 @@ pub struct Ledger {
     pub forecast: Forecast,
 }
 
-/// A callback that is told, after each step of work, what the study knows now. If it returns an error, the work ends with
-/// this error. While a reference is rendered, it is called after some samples too.
+/// A callback that receives the state of the study after each step of work. If it returns an error, the work ends with this
+/// error. While a reference is rendered, it is called after some samples too.
 pub type OnStep<'a> = dyn FnMut(&mut Ledger) -> crate::Result<()> + 'a;

@@ -1,5 +1,4 @@
-//! What a study renders, and for whom its results hold: the request of the command line, the device, and the identities of
-//! the scenes. It is stored in the folder of the study, so that results can be computed, and shards merged, without a
+//! The description of a study: the request of the command line, the device, and the identities of the scenes. It is stored in the folder of the study, so that results can be computed, and shards merged, without a
 //! device.
 
 use super::identity::Identity;
@@ -17,7 +16,7 @@ use std::path::Path;
 /// The version of the format of the file.
 const VERSION: u32 = 1;
 
-/// What the user asked for: a plan, with the changes of the command line.
+/// The request of the user: a plan, with the changes of the command line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Request {
     /// The name or the path of the plan, for messages.
@@ -90,7 +89,7 @@ impl Request {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
     version: u32,
-    /// What the user asked for.
+    /// The request of the user.
     pub request: Request,
     /// The name of the device that renders.
     pub device: String,

@@ -31,7 +31,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// The stages of a plan, of which the last one has all seeds: two seeds, a quarter of the seeds, and all.
+    /// The stages of a plan: with two seeds, with a quarter of the seeds, and with all.
     pub fn of(plan: &Plan) -> Vec<Self> {
         let mut stages: Vec<Self> = [(2, 0.0), (plan.seeds.div_ceil(4), 0.25), (plan.seeds, 1.0)]
             .map(|(seeds, blocks)| Self {
@@ -207,7 +207,7 @@ impl<'a> Work<'a> {
         }
         let indexed: Vec<(usize, &Resolved)> =
             site.configurations.iter().copied().enumerate().collect();
-        // Configurations take turns, so that what disturbs the machine disturbs all alike.
+        // Configurations take turns, so that a disturbance of the machine affects all of them.
         for seed in 0..stage.seeds {
             for (index, configuration) in &indexed {
                 if site.owns(*index, u64::from(seed)) {

@@ -40,7 +40,7 @@ pub enum Purpose {
     },
 }
 
-/// What of a scene will be shown, as far as it matters when the scene is loaded.
+/// The frames of a scene that will be shown, as far as they matter when the scene is loaded.
 #[derive(Clone, Debug)]
 pub struct Shown {
     /// True if the settings scatter light, so that a scene can be lit by it. If nothing that they show has light, a notice
