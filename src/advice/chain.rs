@@ -22,7 +22,7 @@ pub enum Purpose {
 }
 
 impl Purpose {
-    /// The number of frames of a chain.
+    /// The number of frames of a chain, which is the frames that one candidate renders with one seed, one after the other.
     pub const fn frames(self) -> u32 {
         match self {
             Self::Still => 1,

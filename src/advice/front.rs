@@ -7,8 +7,9 @@ use super::truth::Truth;
 use crate::metrics::statistics::Estimate;
 use serde::{Deserialize, Serialize};
 
-/// The smallest median of a frame, as a fraction of that of path tracing, with which a candidate can be advised. A candidate
-/// that leaves most pixels dark would have a small error, and a picture that is clean and empty.
+/// The smallest median brightness of a candidate's frame, as a fraction of that of a path-traced frame. The median is that
+/// of the lit pixels, each divided by the reference. A candidate below this limit is not advised: a picture whose pixels
+/// are mostly dark can have a small error, because it is clean, but it is empty.
 const LEAST_MEDIAN: f64 = 0.5;
 
 /// The measured candidates of one scene, view and device.

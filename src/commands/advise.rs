@@ -66,7 +66,7 @@ impl PurposeArg {
     }
 }
 
-/// The least time in which a race makes sense, in seconds.
+/// The shortest time that `--time` accepts, in seconds. In less time, the candidates could not be compared.
 const LEAST_TIME: f64 = 1.0;
 
 /// The number of frames per second of a moving scene.

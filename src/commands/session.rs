@@ -262,9 +262,9 @@ impl Session {
         Ok(samples)
     }
 
-    /// Closes the session, and then checks that the validation layers have sent no messages, because closing can cause some
-    /// too. Before, prints a notice for each edited shader file in the folder `HEADWATER_GLSL` that no pass of this run
-    /// uses.
+    /// Ends the session in three steps. First, prints a notice for each edited shader file in the folder `HEADWATER_GLSL`
+    /// that no pass of this run has used. Then closes the session. At last, checks that the validation layers have sent no
+    /// messages, because closing can cause some too.
     ///
     /// # Errors
     /// The validation layers have sent messages, or that folder cannot be read.

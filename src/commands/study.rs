@@ -228,7 +228,8 @@ fn conduct(
     check_messages(&instance.validation_messages())
 }
 
-/// Prints the results, and fails if a row has a fault. A shard alone has no verdicts.
+/// Prints the results. If they are those of a whole study, fails if a row has a fault, such as a bias that the plan does
+/// not expect. A shard has no verdicts, because these depend on the runs of all shards.
 fn report(results: &Results, shard: Shard) -> Result<()> {
     let Results { rows, costs } = results;
     print(results_text::table(rows).trim_end())?;

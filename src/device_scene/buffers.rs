@@ -35,11 +35,10 @@ macro_rules! declare_contents {
             pub environment_turn: Vec2,
         }
 
-        /// An upper bound of the size of each buffer in bytes, which is known before the bounding volume hierarchies
-        /// (trees) are built. By these bounds the program chooses how shaders access the scene, and refuses a scene that is
-        /// too large for the device. Only `nodes` has no bound (its value is 0), because the number of nodes is known only
-        /// after the trees are built. The choice does not need this bound: except for meshes with very few triangles, the
-        /// nodes of a mesh take fewer bytes than its positions.
+        /// Upper bounds of the sizes of the scene's buffers, in bytes, which are known before the bounding volume hierarchies
+        /// (trees) are built. From them the program chooses how shaders access the scene, and refuses a scene that is too
+        /// large for the device. `nodes` is 0, because its size is known only after the trees are built. The choice depends on
+        /// the largest buffer alone, and the nodes are smaller than the positions, except for meshes of very few triangles.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 

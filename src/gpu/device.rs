@@ -36,8 +36,8 @@ pub struct Features {
     /// profiles and `headwater statistics` show.
     pub executable_properties: bool,
     /// Makes a device that only compiles pipelines: buffers have no memory and read as zeros, and no command runs. So the
-    /// compiler of a driver can be used on a machine without the driver's GPU. The driver itself need not support anything
-    /// for this.
+    /// compiler of a driver can be used on a machine without the GPU of the driver. No Vulkan feature or extension is
+    /// needed for this.
     pub compiles_only: bool,
     /// Allows the buffers that passes write to be hashed for regression tests ([`Device::hash_outputs`]). Every buffer
     /// begins with zeros, so that bytes that no pass writes do not change the hashes. The driver itself need not support

@@ -170,9 +170,9 @@ impl Submission {
         }
     }
 
-    /// Times of the first [`MAX_TIMED_REGIONS`] timed regions (usually passes) in the order of recording; empty on a device
-    /// without timestamps. The caller must have waited for the commands. `period` is the length of a timestamp tick in
-    /// nanoseconds.
+    /// The durations of the first [`MAX_TIMED_REGIONS`] timed regions (usually passes), in milliseconds and in the order of
+    /// recording; empty on a device without timestamps. The caller must have waited for the commands. `period` is the
+    /// length of a timestamp tick in nanoseconds.
     pub(super) fn times(
         &self,
         raw: &ash::Device,

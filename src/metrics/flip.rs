@@ -17,10 +17,11 @@ pub struct Flip {
     pub map: Vec<u8>,
 }
 
-/// Compares two pictures as they look on a display with the resolution [`PIXELS_PER_DEGREE`]. Each picture has the linear
-/// RGB radiance of every pixel, row by row from the top. `size` is (width, height) in pixels. Each picture is shown as
-/// radiance × 2^`exposure`, clamped to [0, 1] and encoded as 8-bit sRGB. There is no tone curve, because it would hide
-/// errors in bright areas.
+/// Computes the FLIP error of `picture` against `reference`: the difference that a viewer sees, for each pixel, when the
+/// two pictures alternate on a display with the resolution [`PIXELS_PER_DEGREE`]. 0 means no visible difference; 1 is the
+/// largest one. Each picture has the linear RGB radiance of every pixel, row by row from the top. `size` is (width, height)
+/// in pixels. Each picture is shown as radiance × 2^`exposure`, clamped to [0, 1] and encoded as 8-bit sRGB. There is no
+/// tone curve, because it would hide errors in bright areas.
 ///
 /// # Panics
 /// A picture has fewer pixels than `size`.

@@ -5,8 +5,8 @@ use super::golden::{Golden, Step};
 use crate::Result;
 use crate::image::Image;
 
-/// The result of rendering a case on the driver that is tested: the picture and the hashes that are compared with the golden
-/// frame, the stored result of a trusted driver.
+/// The result of rendering a case on the driver under test: its picture, and the hashes of its buffers. Both are compared
+/// with those of the golden frame, which is the stored result of a trusted driver.
 pub struct Rendered {
     /// The picture of the case, from a run in which each frame is submitted as a whole, as in normal use. The hashes in
     /// `steps` come from a second run, in which the passes run one by one.

@@ -7,9 +7,10 @@ use crate::shader_interface::{Strip, TILE};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The maximum number of pixels in a strip, unless the picture is so wide that already `TILE` rows have more. The work on a
-/// strip is one submission; path tracing one takes about one second with a software driver on two CPU cores. Higher: fewer
-/// submissions, but the driver of a GPU that also drives a display may abort a submission that takes too long.
+/// The maximum number of pixels in a strip. A strip has at least `TILE` rows, so a strip of a very wide picture can have
+/// more pixels. Each strip is one submission; a software driver on two CPU cores takes about one second to path trace a
+/// strip. Higher: fewer submissions, but each takes longer, and the driver of a GPU that also drives a display may abort a
+/// long one.
 const MAX_PIXELS: u64 = 1 << 20;
 
 /// The number of workgroups along an axis that every Vulkan device can dispatch. A workgroup covers a tile of `TILE` × `TILE`

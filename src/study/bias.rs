@@ -213,9 +213,9 @@ pub fn blocks_p_value(runs: &[&Run], control: &[&Run], reference: &Reference) ->
     (2.0 * all.min(worst)).min(1.0)
 }
 
-/// Makes the control of `configuration`: a configuration that renders the same light by path tracing, which has no bias,
-/// with `samples` samples per pixel. It shows the time of the last frame of `configuration`. The blocks of pixels of both
-/// are compared, to find a bias.
+/// Makes the control of `configuration`, with which it is compared to find a bias: a configuration that renders the same
+/// kinds of light by path tracing, which has no bias. Its picture is the mean of `samples` samples per pixel, and shows the
+/// scene at the time of the last frame of `configuration`. The blocks of pixels of both are compared.
 pub fn control(configuration: &Resolved, samples: u32) -> Resolved {
     Resolved {
         name: format!("control, {samples} samples"),

@@ -18,8 +18,9 @@ use std::ops::Range;
 /// blocks of pixels of the configuration are compared with those of the control. The number is far from the seeds of other
 /// runs, so that no seed has two uses.
 const CONTROL_SEED: u32 = 1 << 20;
-/// The first seed of the runs that alone decide whether a configuration is biased after an alarm, which is a sign of bias in
-/// the first runs. It is far from the seeds of other runs, so that these runs are independent of the first ones.
+/// The first seed of the confirming runs. If the first runs raise an alarm, which is a sign of bias, the confirming runs
+/// are made, and they alone decide whether the configuration is biased. Their seeds are far from all other seeds, so that
+/// they are independent of the first runs.
 const CONFIRMING_SEED: u32 = 1 << 21;
 
 /// One configuration on one scene of a study.

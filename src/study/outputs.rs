@@ -40,7 +40,7 @@ const SCHEMA: &str = "schema.json";
 const AXES: &str = "axes.svg";
 
 impl Outputs {
-    /// The files in `folder`.
+    /// The result files of the study in `folder`. This only stores the path, and opens nothing.
     pub fn new(folder: &Path) -> Self {
         Self {
             folder: folder.to_owned(),

@@ -133,7 +133,8 @@ impl Site<'_> {
     }
 }
 
-/// The work on one scene, with all that it needs: the scene on the device, what is known, and the report of progress.
+/// The work on one scene of a study, with everything that it needs: the scene on the device, the runs and references that
+/// are finished, and the report of progress.
 pub struct Work<'a> {
     site: Site<'a>,
     subject: &'a mut Subject,

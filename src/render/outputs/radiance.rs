@@ -22,8 +22,8 @@ pub struct Radiance<'a> {
 }
 
 impl Radiance<'_> {
-    /// Reads the RGB sums over samples of all pixels in the buffer, in the order of the buffer, in the device's unit of
-    /// radiance. They are not divided by the number of samples.
+    /// Reads, for each pixel, the sum of the RGB radiance of its samples, in the device's unit of radiance. The sums are
+    /// not divided by the number of samples. The pixels are in the order in which the buffer stores them.
     ///
     /// # Errors
     /// The device fails.

@@ -57,7 +57,8 @@ impl fmt::Display for CloseLight {
 /// emissive material). An emitter that is too large for a report is not a candidate (see [`SMALL`]).
 struct Candidate {
     at: DVec3,
-    /// The distance in scene units below which a surface is too close to the light: [`COARSE_LIGHT`] × `away`.
+    /// The distance in scene units below which a surface is too close to the light, so that rounding makes its lighting
+    /// wrong: [`COARSE_LIGHT`] × `away`.
     reach: f64,
     /// The distance from the light to the camera, in scene units. The light's [`CloseLight::height`] above a surface is the
     /// distance from the light to the surface, divided by `away`.

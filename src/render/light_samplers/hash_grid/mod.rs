@@ -67,9 +67,10 @@ pub struct HashGridLight {
     /// Random points on the scene's surfaces with their normals, which fill the grid in the first frame. `None` if the
     /// surfaces that pixels show fill it in each frame.
     points: Option<Buffer>,
-    /// The slots of the hash grid: for each slot, the index of the surface for which its reservoir is made, and a hash of
-    /// the surface's cell of space and of the bin (range of directions) of its normal. Pixels compare this hash with that of
-    /// their own surface, and reject the reservoirs of other cells and bins.
+    /// The slots of the hash grid, each of which has one reservoir. A slot stores the index of the surface for which its
+    /// reservoir is made, and a hash. The hash is computed from the cell of space that contains the surface, and from the
+    /// bin (range of directions) of the normal of the surface. A pixel uses a reservoir only if the hash is equal to that
+    /// of its own surface.
     slots: Buffer,
     /// The reservoir of each slot, in the same format as the reservoirs of direct light of pixels. Pixels merge it with
     /// their own candidates.

@@ -149,9 +149,10 @@ pub struct LightBvhSettings {
     /// units. `auto`: 1 with `far=joined`; with `far=skipped`, a scale at which a point on a surface is within about 8 boxes
     /// on average. Higher: longer walks through the tree, and candidates that fit the point better. Unbiased at any value.
     pub scale: Scale,
-    /// Fraction of the candidates that are drawn among all lights instead of from the tree. If there are several candidates,
-    /// at least one of them is drawn among all lights. A single candidate is drawn among all lights with this probability.
-    /// Higher: less noise where light comes from unexpected directions, more noise elsewhere. Unbiased at any value.
+    /// Fraction, in [0.01, 1], of the candidates that are not drawn from the tree, but among all lights, by their power.
+    /// If there are several candidates, at least one is drawn in this way. If there is only one, this value is the
+    /// probability that it is drawn in this way. Higher: less noise where light comes from unexpected directions, more noise
+    /// elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
     /// The extent of the boxes of influence. With `far=skipped`, a light can be drawn from the tree only at points inside
