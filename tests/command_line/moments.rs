@@ -186,7 +186,11 @@ fn check(subject: &Subject, moments: u32) {
     });
     let mut duration = duration[0].min(duration[1]);
     let mut counts = Counts::default();
-    for i in 0..moments {
+    for i in 0..3 * moments {
+        // More moments than that are needed only if a busy machine made the first ones come too late.
+        if i >= moments && counts.say_something(subject) {
+            break;
+        }
         // Multiples of the golden ratio leave no gap.
         let part = (f64::from(i) * 0.618_033_988_749_895).fract();
         let moment = duration.mul_f64(part);
@@ -197,7 +201,11 @@ fn check(subject: &Subject, moments: u32) {
         if has_older {
             copy(&older, &work);
         }
+        let done = counts.done;
         interrupt(&work, &subject.arguments, moment, signal, &mut counts);
+        if counts.done > done {
+            duration = duration.min(moment);
+        }
         let resume = if subject.name == "reference" && is_begun(&work) {
             &["--resume"][..]
         } else {
@@ -224,11 +232,15 @@ fn check(subject: &Subject, moments: u32) {
         std::fs::remove_dir_all(&work).unwrap();
     }
     println!("{} of {duration:?}: {counts:?}", subject.name);
-    // Else the signals came too early or too late to say anything.
-    let is_watched = subject.name != UNWATCHED;
-    assert!(counts.by_status > 0 || !is_watched, "{counts:?}");
-    assert!(counts.killed > 0, "{counts:?}");
-    assert!(2 * counts.done < counts.moments, "{counts:?}");
+    assert!(counts.say_something(subject), "{counts:?}");
+}
+
+impl Counts {
+    /// False if the signals came too early or too late to say anything about a command.
+    fn say_something(&self, subject: &Subject) -> bool {
+        let is_watched = subject.name != UNWATCHED;
+        (self.by_status > 0 || !is_watched) && self.killed > 0 && 2 * self.done < self.moments
+    }
 }
 
 fn copy(from: &Path, to: &Path) {
