@@ -52,7 +52,7 @@ impl TracerArg {
     }
 }
 
-/// How shaders access the buffers of the scene, and the buffers of world reservoirs (light samples that are stored for
+/// The access of shaders to the buffers of the scene, and to the buffers of world reservoirs (light samples that are stored for
 /// cells of space), as `--geometry` names it.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
@@ -65,7 +65,7 @@ pub enum GeometryArg {
     BufferAddresses,
 }
 
-/// How shaders read the texels of textures, as `--textures` names it. It decides how the textures are uploaded.
+/// The way in which shaders read the texels of textures, as `--textures` names it. It decides how the textures are uploaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TexturesArg {
     /// The program chooses one of the other values by the features of the device and the textures of the scene

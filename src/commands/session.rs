@@ -36,7 +36,7 @@ pub struct Session {
     /// All settings, from the preset, `--config` and `--set`, by which the frames are rendered. A setting that was
     /// `auto` has the value that was chosen for this scene.
     pub settings: ResolvedSettings,
-    /// What is rendered: the camera, the size of the picture, the seed, the maximum number of scattering events, and
+    /// The view: the camera, the size of the picture, the seed, the maximum number of scattering events, and
     /// whether the camera's rays go through random points of the pixels.
     pub view: View,
     /// The renderer of the view: its passes (compute shaders) and their buffers, among them the sums of the radiance of all

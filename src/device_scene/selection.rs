@@ -9,7 +9,7 @@ use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
-/// What decides the shader variant besides the device and the scene: the user's requests, and whether the commands are
+/// The inputs that decide the shader variant besides the device and the scene: the user's requests, and whether the commands are
 /// captured. For each request that is `None`, [`select`] decides by its rules. A shader variant states how shaders trace
 /// rays, and how they read buffers and textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

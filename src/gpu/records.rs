@@ -42,7 +42,7 @@ pub struct Compiled {
 pub struct CompilerReport {
     /// Number of invocations in a subgroup; 0 if the driver does not report it.
     pub subgroup_size: u32,
-    /// What the driver's compiler reports about the pipeline, such as the number of registers: pairs of name and value, in
+    /// The report of the driver's compiler about the pipeline, such as the number of registers: pairs of name and value, in
     /// the driver's order. The names differ between drivers.
     pub statistics: Vec<(String, String)>,
 }

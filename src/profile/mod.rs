@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 /// because its values could mean something else.
 pub const VERSION: u32 = 1;
 
-/// What a profile measures: the scene, the device, and the frames that are rendered. Two profiles can be compared only if
+/// The subject of a profile: the scene, the device, and the frames that are rendered. Two profiles can be compared only if
 /// their subjects agree in everything but `settings` and `frames`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Subject {
@@ -144,7 +144,7 @@ pub struct Profile {
     /// Version of the JSON format in which the profile was made. It is [`VERSION`] in new profiles, and can differ in
     /// profiles that were read from a file; such a profile is not compared.
     pub version: u32,
-    /// What was measured: scene, settings, device, picture and numbers of frames.
+    /// The subject: scene, settings, device, picture and numbers of frames.
     pub subject: Subject,
     /// The conditions of the run that are not part of the subject, such as driver and tracer. They can explain why two
     /// profiles differ.

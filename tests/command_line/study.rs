@@ -384,7 +384,8 @@ mod thorough {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// What depends on the results of all shards (a better reference, more seeds, controls, fresh seeds) is the same too.
+    /// The work that depends on the results of all shards (a better reference, more seeds, controls, fresh seeds) gives the
+    /// same bytes too.
     #[test]
     fn shards_of_a_proof_merge_to_the_whole_proof() {
         let plan = PLAN

@@ -18,7 +18,7 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What the driver's compiler reports about one pipeline: a pass with certain SPIR-V, compiled by one driver for one device.
+/// The report of the driver's compiler about one pipeline: a pass with certain SPIR-V, compiled by one driver for one device.
 /// The values are compared with stored ones, to find changes that make the pass slower. Several scenes and configurations
 /// can share a pipeline. An optional value is `None` if the driver does not report it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

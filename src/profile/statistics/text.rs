@@ -1,4 +1,4 @@
-//! What the driver's compiler reports about pipelines (registers, memory, occupancy), as a table in text for users.
+//! The reports of the driver's compiler about pipelines (registers, memory, occupancy), as a table in text for users.
 
 use super::Pipeline;
 use std::fmt::Write;

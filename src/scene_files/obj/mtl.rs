@@ -10,7 +10,7 @@ use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-/// What the reader ignored in an MTL file. The caller makes notices for the user from it.
+/// The statements of an MTL file that the reader ignored. The caller makes notices for the user from it.
 #[derive(Default)]
 pub struct Library {
     /// The keywords of unsupported textures in the file, such as `bump`, each once. There may be one more than
