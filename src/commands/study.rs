@@ -18,7 +18,7 @@ use crate::study::ledger::Ledger;
 use crate::study::library::Library;
 use crate::study::manifest::{Manifest, Request};
 use crate::study::outputs::{Outputs, Results};
-use crate::study::plan::{Plan, Resolved};
+use crate::study::plan::{Plan, Resolved, rendered_on};
 use crate::study::results::Row;
 use crate::study::results_text;
 use crate::study::shard::Shard;
@@ -192,10 +192,7 @@ fn conduct(
         written: None,
     };
     let own: Vec<Vec<&Resolved>> = (plan.scenes.iter())
-        .map(|planned| {
-            let own = configurations.iter().filter(|c| c.is_for(&planned.name));
-            own.collect()
-        })
+        .map(|planned| rendered_on(&configurations, &planned.name).collect())
         .collect();
     let sites: Vec<Site<'_>> = (0..)
         .zip(plan.scenes.iter().zip(&own))
@@ -264,7 +261,7 @@ fn check_folder(folder: &Folder, manifest: &Manifest) -> Result<Option<Manifest>
             return Vec::new();
         };
         let cells = plan.scenes.iter().flat_map(|scene| {
-            let own = configurations.iter().filter(|c| c.is_for(&scene.name));
+            let own = rendered_on(&configurations, &scene.name);
             own.map(|c| (scene.name.clone(), c.name.clone()))
         });
         cells.collect()

@@ -145,24 +145,15 @@ fn log_squared_error(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::{Clock, Settings};
+    use crate::render::Settings;
 
     fn configuration(integrator: Integrator, accumulate: bool) -> Resolved {
         Resolved {
-            name: "a".into(),
-            settings: Settings {
+            accumulate,
+            ..Resolved::of(Settings {
                 integrator,
                 ..Settings::default()
-            },
-            frames: 4,
-            clock: Clock {
-                start_time: 0.0,
-                fps: None,
-            },
-            accumulate,
-            count: false,
-            scenes: [].into(),
-            expect: crate::study::plan::Expect::Any,
+            })
         }
     }
 

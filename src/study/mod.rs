@@ -20,6 +20,7 @@ pub mod planned_scene;
 pub mod plans;
 mod product;
 pub mod reference;
+pub mod resolved;
 pub mod results;
 pub mod results_text;
 pub mod run;

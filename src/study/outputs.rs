@@ -3,14 +3,12 @@
 use super::axes;
 use super::cell::Cell;
 use super::costs::{Cost, is_path_tracing};
-use super::identity::Identity;
 use super::ledger::Ledger;
 use super::manifest::Manifest;
-use super::plan::{Plan, Resolved};
+use super::plan::{Plan, Resolved, rendered_on};
 use super::planned_scene::PlannedScene;
 use super::results::{Findings, Row, judge};
 use super::results_text;
-use super::run::Run;
 use super::tidy::{self, Series};
 use crate::base::files::write_atomically;
 use crate::base::json::value_of;
@@ -62,27 +60,19 @@ impl Outputs {
         manifest: &Manifest,
         ledger: &mut Ledger,
     ) -> Result<Results> {
-        let (mut rows, mut costs) = (Vec::new(), Vec::new());
+        let mut rows = Vec::new();
         for planned in &plan.scenes {
-            let own = configurations.iter().filter(|c| c.is_for(&planned.name));
-            let own: Vec<&Resolved> = own.collect();
-            let identity = manifest.identity(&planned.name);
+            let own: Vec<&Resolved> = rendered_on(configurations, &planned.name).collect();
             for configuration in &own {
-                rows.push(match identity {
-                    Some(identity) => Cell {
-                        plan,
-                        planned,
-                        configuration,
-                        identity,
-                    }
-                    .row(ledger, own.len())?,
+                rows.push(match cell(plan, planned, configuration, manifest) {
+                    Some(cell) => cell.row(ledger, own.len())?,
                     None => Row::new(&planned.name, configuration, &[], Findings::default())?,
                 });
             }
-            costs.extend(scene_costs(plan, planned, identity, &own, ledger)?);
         }
         judge(&mut rows);
         let series = series((plan, configurations), manifest, ledger)?;
+        let costs = costs(&series);
         let swept = plan.swept_keys();
         let Manifest { device, driver, .. } = manifest;
         let times = json!({
@@ -118,37 +108,19 @@ impl Outputs {
     }
 }
 
-/// The costs of the configurations `own` on one scene. They are compared with the first one that is path tracing.
-fn scene_costs(
-    plan: &Plan,
-    planned: &PlannedScene,
-    identity: Option<&Identity>,
-    own: &[&Resolved],
-    ledger: &Ledger,
-) -> Result<Vec<Cost>> {
-    let runs_of = |configuration: &Resolved| -> Result<Vec<&Run>> {
-        let Some(identity) = identity else {
-            return Ok(Vec::new());
-        };
-        let cell = Cell {
-            plan,
-            planned,
-            configuration,
-            identity,
-        };
-        cell.runs(&ledger.store, configuration, 0..plan.most_seeds())
-    };
-    let base = own
-        .iter()
-        .find(|configuration| is_path_tracing(configuration));
-    let base_runs = base.map_or(Ok(Vec::new()), |base| runs_of(base))?;
-    let base = base.map(|base| (*base, base_runs.as_slice()));
-    (own.iter())
-        .map(|configuration| {
-            let runs = runs_of(configuration)?;
-            Ok(Cost::of(&planned.name, (configuration, &runs), base))
-        })
-        .collect()
+/// One configuration on one scene; `None` if the scene was not loaded yet.
+fn cell<'a>(
+    plan: &'a Plan,
+    planned: &'a PlannedScene,
+    configuration: &'a Resolved,
+    manifest: &'a Manifest,
+) -> Option<Cell<'a>> {
+    Some(Cell {
+        plan,
+        planned,
+        configuration,
+        identity: manifest.identity(&planned.name)?,
+    })
 }
 
 /// The finished runs of all configurations on all scenes, in the order of the plan.
@@ -159,23 +131,29 @@ fn series<'a>(
 ) -> Result<Vec<Series<'a>>> {
     let mut all = Vec::new();
     for planned in &plan.scenes {
-        let Some(identity) = manifest.identity(&planned.name) else {
-            continue;
-        };
-        for configuration in configurations.iter().filter(|c| c.is_for(&planned.name)) {
-            let cell = Cell {
-                plan,
-                planned,
-                configuration,
-                identity,
-            };
+        for configuration in rendered_on(configurations, &planned.name) {
+            let cell = cell(plan, planned, configuration, manifest);
+            let runs = cell.map_or(Ok(Vec::new()), |cell| {
+                cell.runs(&ledger.store, configuration, 0..plan.most_seeds())
+            });
             all.push(Series {
                 scene: &planned.name,
-                configuration: &configuration.name,
-                settings: &configuration.settings,
-                runs: cell.runs(&ledger.store, configuration, 0..plan.most_seeds())?,
+                configuration,
+                runs: runs?,
             });
         }
     }
     Ok(all)
+}
+
+/// The costs of all configurations on all scenes. They are compared with the first one on the same scene that is path
+/// tracing.
+fn costs(series: &[Series<'_>]) -> Vec<Cost> {
+    let of = |one: &Series<'_>| {
+        let is_base = |s: &&Series<'_>| s.scene == one.scene && is_path_tracing(s.configuration);
+        let base = series.iter().find(is_base);
+        let base = base.map(|base| (base.configuration, base.runs.as_slice()));
+        Cost::of(one.scene, (one.configuration, &one.runs), base)
+    };
+    series.iter().map(of).collect()
 }

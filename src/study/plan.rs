@@ -5,11 +5,11 @@ use super::planned_scene::PlannedScene;
 use super::plans::PLANS;
 use super::product::Product;
 use super::reference::SampleBlocks;
+pub use super::resolved::{Expect, Resolved, rendered_on};
 use crate::base::input_files;
 use crate::base::nearest::nearest;
 use crate::base::toml_text::{Step, TomlText};
 use crate::render::presets::Preset;
-use crate::render::settings::Integrator;
 use crate::render::{Clock, Settings};
 use crate::{Error, Result};
 use serde::Deserialize;
@@ -116,29 +116,6 @@ fn default_spp() -> u32 {
     4096
 }
 
-/// The verdict that a plan expects from the bias check of a configuration. It decides which verdict makes the study fail,
-/// and whether more seeds are rendered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Expect {
-    /// The plan expects that the configuration has no bias, and the study fails if the check finds one. If the interval of
-    /// the bias is too wide for a proof, the study renders more seeds, up to `most_seeds`.
-    Unbiased,
-    /// The plan expects that the configuration has a bias. The study measures its size, and no verdict makes the study fail.
-    Biased,
-    /// The plan expects nothing about a bias of the configuration, and no verdict makes the study fail.
-    Any,
-}
-
-impl Expect {
-    fn or_default(given: Option<Self>, settings: &Settings) -> Self {
-        given.unwrap_or(match settings.integrator {
-            Integrator::PathTracing => Self::Any,
-            Integrator::Restir => Self::Unbiased,
-        })
-    }
-}
-
 /// A configuration as the plan describes it: a preset with changes of its settings. A study renders it on scenes and judges
 /// its error and bias.
 #[derive(Clone, Debug, Deserialize)]
@@ -189,42 +166,6 @@ pub struct Sweep {
     /// resampling, and `any` for path tracing, which renders the references too.
     #[serde(default)]
     pub expect: Option<Expect>,
-}
-
-/// A configuration that is ready to be rendered: a study makes its renderer and its runs from this value alone. Its settings
-/// are complete, and it has copies of those values of the plan that its runs need.
-#[derive(Clone, Debug)]
-pub struct Resolved {
-    /// The name of the configuration in tables, unique in the plan.
-    pub name: String,
-    /// All settings: those of the preset, to which the changes of the plan are applied.
-    pub settings: Settings,
-    /// The number of frames that a run renders one after the other, with indices from 0. The bias is measured in the mean of
-    /// all frames if they show the same time and do not use earlier frames (no history, no accumulation); otherwise it is
-    /// measured in the last frame.
-    pub frames: u32,
-    /// The map from the index of a frame to the time in the scene that the frame shows. Each frame is rendered, and compared
-    /// with a reference, at its time.
-    pub clock: Clock,
-    /// True if the picture that is measured after a frame is the mean of this frame and all frames before it; false if it is
-    /// the frame alone.
-    pub accumulate: bool,
-    /// True if one additional run on each scene counts rays, lanes in use and merged neighbours, so that results show the
-    /// costs.
-    pub count: bool,
-    /// The names of the scenes on which the configuration is rendered. Empty: all scenes of the plan.
-    pub scenes: Arc<[String]>,
-    /// The verdict that the plan expects from the bias check. It decides which verdict makes the study fail, and whether
-    /// more seeds are rendered.
-    pub expect: Expect,
-}
-
-impl Resolved {
-    /// True if the configuration is rendered on the scene with the name `scene`: if its list of scenes contains this name or
-    /// is empty.
-    pub fn is_for(&self, scene: &str) -> bool {
-        self.scenes.is_empty() || self.scenes.iter().any(|name| name == scene)
-    }
 }
 
 impl Plan {

@@ -96,8 +96,8 @@ pub struct Row {
     pub(super) run_seconds: f64,
 }
 
-/// What the runs of a configuration on a scene, and further runs, say about its bias and its costs; parts are missing while a
-/// study is not complete. The fields are those of [`Row`].
+/// The bias and the costs of a configuration on a scene, as far as its runs show them; parts are missing while a study is not
+/// complete. The fields are those of [`Row`].
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
     /// See [`Row::bias`].
@@ -313,7 +313,7 @@ mod tests {
     use super::super::results_text::{json, table};
     use super::super::shard::Shard;
     use super::*;
-    use crate::render::{Clock, Settings};
+    use crate::render::Settings;
 
     /// The row of `count` runs, each with a duration of one minute. The luminance of every block scatters around 1 +
     /// `offset`; in the reference it is 1.
@@ -324,17 +324,8 @@ mod tests {
         }
         let runs: Vec<&Run> = runs.iter().collect();
         let configuration = Resolved {
-            name: "a".into(),
-            settings: Settings::default(),
-            frames: 1,
-            clock: Clock {
-                start_time: 0.0,
-                fps: None,
-            },
-            accumulate: false,
-            count: false,
-            scenes: [].into(),
             expect,
+            ..Resolved::of(Settings::default())
         };
         let findings = Findings {
             bias: Some(Bias::measure(&runs, &reference())),

@@ -1,9 +1,9 @@
 //! The finished runs of a study as tidy tables (one row for each seed and frame, one column for each variable), which tools
 //! for statistics load with one line; and a schema that states the meaning and the unit of each column.
 
+use super::plan::Resolved;
 use super::run::Run;
 use crate::base::printable::printable;
-use crate::render::Settings;
 use crate::{Error, Result};
 use serde_json::{Map, Value, json};
 
@@ -11,10 +11,8 @@ use serde_json::{Map, Value, json};
 pub struct Series<'a> {
     /// The name of the scene in the plan.
     pub scene: &'a str,
-    /// The name of the configuration in the plan.
-    pub configuration: &'a str,
-    /// The settings of the configuration, whose values fill the columns of swept keys.
-    pub settings: &'a Settings,
+    /// The configuration, whose settings fill the columns of swept keys.
+    pub configuration: &'a Resolved,
     /// The finished runs, in the order of their seeds.
     pub runs: Vec<&'a Run>,
 }
@@ -191,7 +189,7 @@ fn table(
         .chain(names);
     writer.write_record(header).map_err(failed)?;
     for one in series {
-        let settings = one.settings.to_value()?;
+        let settings = one.configuration.settings.to_value()?;
         let of_keys = swept.iter().map(|key| {
             let value = key
                 .split('.')
@@ -200,7 +198,9 @@ fn table(
                 v.as_str().map_or(v.to_string(), str::to_owned)
             })
         });
-        let names = [one.scene, one.configuration].map(printable).into_iter();
+        let names = [one.scene, &one.configuration.name]
+            .map(printable)
+            .into_iter();
         let fixed: Vec<String> = names.chain(of_keys).collect();
         for run in &one.runs {
             for frame in 0..run.relmse.len() {
@@ -222,6 +222,7 @@ fn table(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Settings;
 
     fn run(seed: u32) -> Run {
         let frames = vec![0.25, 0.5];
@@ -240,11 +241,10 @@ mod tests {
     #[test]
     fn a_row_is_one_seed_and_frame_and_every_column_is_explained() {
         let runs = [run(0), run(1)];
-        let settings = Settings::default();
+        let configuration = Resolved::of(Settings::default());
         let series = [Series {
             scene: "a, \"b\"\n",
-            configuration: "c",
-            settings: &settings,
+            configuration: &configuration,
             runs: runs.iter().collect(),
         }];
         let swept = ["direct.light_samples".to_owned()];

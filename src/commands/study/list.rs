@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::commands::print;
-use crate::study::plan::Plan;
+use crate::study::plan::{Plan, Resolved, rendered_on};
 use crate::study::plans::PLANS;
 use std::fmt::Write as _;
 
@@ -21,10 +21,8 @@ pub fn run() -> Result<()> {
     for (name, _) in PLANS {
         let plan = Plan::open(name)?;
         let configurations = plan.resolve()?;
-        let cells = plan.scenes.iter().map(|scene| {
-            let own = configurations.iter().filter(|c| c.is_for(&scene.name));
-            own.count()
-        });
+        let scenes = plan.scenes.iter();
+        let cells = scenes.map(|scene| rendered_on(&configurations, &scene.name).count());
         let runs = cells.sum::<usize>() as u64 * u64::from(plan.seeds);
         let _ = writeln!(
             text,
@@ -32,7 +30,7 @@ pub fn run() -> Result<()> {
             plan.purpose,
             counted(plan.scenes.len(), "scene"),
             counted(configurations.len(), "configuration"),
-            duration(seconds(&plan)?)
+            duration(seconds(&plan, &configurations))
         );
     }
     print(text.trim_end())
@@ -45,15 +43,14 @@ fn counted(count: usize, noun: &str) -> String {
 }
 
 /// A rough time of the whole study in seconds, without more seeds than the plan states.
-fn seconds(plan: &Plan) -> Result<f64> {
-    let configurations = plan.resolve()?;
+fn seconds(plan: &Plan, configurations: &[Resolved]) -> f64 {
     let pixels = f64::from(plan.width).powi(2) * 9.0 / 16.0;
     let sample = MICROSECONDS * 1e-6 * pixels * f64::from(plan.bounces);
     let mut samples = 0.0;
     for scene in &plan.scenes {
         let blocks = plan.blocks(scene);
         samples += f64::from(blocks.size * blocks.count);
-        for own in configurations.iter().filter(|c| c.is_for(&scene.name)) {
+        for own in rendered_on(configurations, &scene.name) {
             let cost = match crate::study::costs::is_path_tracing(own) {
                 true => 1.0,
                 false => RESAMPLING,
@@ -61,7 +58,7 @@ fn seconds(plan: &Plan) -> Result<f64> {
             samples += cost * f64::from(plan.seeds) * f64::from(own.frames);
         }
     }
-    Ok(samples * sample)
+    samples * sample
 }
 
 /// A duration in words, rounded to what a rough estimate says.
