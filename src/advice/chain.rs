@@ -1,7 +1,7 @@
 //! A chain: the frames that one candidate renders with one seed. Frames of a chain depend on each other, so a chain is one
 //! independent observation.
 
-use super::truth::{Observed, Truth};
+use super::truth::{Added, Observed, Picture, Truth};
 use crate::Result;
 use crate::metrics::statistics::median;
 use crate::render::{Clock, Renderer};
@@ -83,21 +83,26 @@ pub struct Chain {
     pub milliseconds: f64,
 }
 
-/// Renders one chain. Path tracing reuses nothing, so its chain is the last frame alone. All passes must have run before
-/// ([`warm_up`]), so that no time contains compilation.
+/// Renders one chain, and returns it with the mean of its measured frames. A renderer without history renders these frames
+/// alone. All passes must have run before ([`warm_up`]), so that no time contains compilation.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at the time of a frame.
-pub fn render(renderer: &mut Renderer, course: &Course, seed: u32, truth: &Truth) -> Result<Chain> {
+pub fn render(
+    renderer: &mut Renderer,
+    course: &Course,
+    seed: u32,
+    truth: &Truth,
+) -> Result<(Chain, Option<Picture>)> {
     renderer.restart(seed)?;
     let frames = course.purpose.frames();
-    let first = if renderer.has_history() {
-        0
-    } else {
-        frames - 1
-    };
+    let has_history = renderer.has_history();
     let (mut observed, mut times) = (Vec::new(), Vec::new());
-    for frame in first..frames {
+    let mut pictures = Added::default();
+    for frame in 0..frames {
+        if !has_history && !course.purpose.is_measured(frame) {
+            continue;
+        }
         course.set(renderer, frame)?;
         let passes = renderer.single_frame(frame)?;
         // The first frame has no history, and so less work than those after it.
@@ -105,13 +110,16 @@ pub fn render(renderer: &mut Renderer, course: &Course, seed: u32, truth: &Truth
             times.push(passes.iter().map(|pass| pass.milliseconds).sum());
         }
         if course.purpose.is_measured(frame) {
-            observed.push(truth.observe(&renderer.frame_radiance()?));
+            let picture = renderer.frame_radiance()?;
+            observed.push(truth.observe(&picture));
+            pictures.add(&picture);
         }
     }
-    Ok(Chain {
+    let chain = Chain {
         observed: Observed::mean_of(&observed),
         milliseconds: median(times.into_iter()),
-    })
+    };
+    Ok((chain, pictures.mean()))
 }
 
 /// Renders the first frames of a chain, so that all passes are compiled. Returns the time that the compilation took.

@@ -29,7 +29,8 @@ pub struct Front {
     pub verdict: Verdict,
     /// The points of the final, whose seeds the race did not use, the advised one first.
     pub finalists: Vec<Point>,
-    /// The points of all candidates in the race. They decided who came into the final.
+    /// The points of all candidates in the race. They decided who came into the final. The first references of the race are
+    /// noisy, so these errors tend to be too large, and their intervals do not show this.
     pub race: Vec<Point>,
     /// The seconds that were spent on rendering and loading.
     pub seconds: f64,

@@ -5,7 +5,7 @@ use super::candidates::Candidate;
 use super::chain::{self, Chain, Course};
 use super::choice::{compare, decide};
 use super::front::{Front, Point, Verdict};
-use super::truth::Truth;
+use super::truth::{Added, Picture, Truth};
 use crate::base::progress::Watch;
 use crate::device_scene::GpuScene;
 use crate::gpu::Device;
@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 /// The part of the time until the references end, then the first and the second round of the race, as fractions. The final
 /// has the rest, except for what [`TIMING_PART`] takes.
-const ENDS: [f64; 3] = [0.25, 0.45, 0.6];
+const ENDS: [f64; 3] = [0.15, 0.35, 0.5];
 /// The largest part of the time that is spent on timing frames of the wanted size.
 const TIMING_PART: f64 = 0.15;
 /// The least number of chains of each candidate in the first round and in the final, from which intervals are computed.
@@ -97,6 +97,8 @@ struct Contestant {
     candidate: Candidate,
     renderer: Renderer,
     chains: Vec<Chain>,
+    /// The pictures of its chains in the race: those of even turns, and the others.
+    pictures: [Added; 2],
     /// The time of its last chain, in seconds.
     took: f64,
 }
@@ -104,10 +106,19 @@ struct Contestant {
 impl Contestant {
     fn run(&mut self, course: &Course, seed: u32, truth: &Truth) -> Result<()> {
         let start = Instant::now();
-        let chain = chain::render(&mut self.renderer, course, seed, truth)?;
+        let (chain, picture) = chain::render(&mut self.renderer, course, seed, truth)?;
+        if let Some(picture) = picture {
+            self.pictures[self.chains.len() % 2].add(&picture);
+        }
         self.chains.push(chain);
         self.took = start.elapsed().as_secs_f64();
         Ok(())
+    }
+
+    /// The means of the pictures of even and of odd turns.
+    fn pair(&self) -> Option<[Picture; 2]> {
+        let [even, odd] = &self.pictures;
+        Some([even.mean()?, odd.mean()?])
     }
 
     fn point(&self, truth: &Truth) -> Point {
@@ -144,6 +155,7 @@ pub fn run(
             candidate: candidate.clone(),
             renderer: track.renderer(&view, candidate)?,
             chains: Vec::new(),
+            pictures: Default::default(),
             took: 0.0,
         });
     }
@@ -155,7 +167,8 @@ pub fn run(
 
     let first_seed = track.view.seed.wrapping_mul(SPREAD);
     let seeds = TRUTH_SEEDS.map(|seed| first_seed.wrapping_add(seed));
-    let (truth, reference_samples) = truth([&mut first, &mut second], seeds, course, &time, watch)?;
+    let (mut truth, reference_samples) =
+        truth([&mut first, &mut second], seeds, course, &time, watch)?;
     drop((first, second));
     if truth.means().iter().all(|mean| mean.mean == 0.0) {
         return Err(Error::input(
@@ -173,6 +186,8 @@ pub fn run(
             chosen: &remaining,
         };
         seed = chosen.run(course, seed, least, *end, (&truth, &time), watch)?;
+        let pairs: Vec<[Picture; 2]> = contestants.iter().filter_map(Contestant::pair).collect();
+        truth.join(&pairs);
         let points: Vec<Point> = contestants.iter().map(|c| c.point(&truth)).collect();
         let mut others = remaining.split_off(1);
         others.sort_by(|a, b| compare(&points[*a], &points[*b], &points[0]));
@@ -183,7 +198,6 @@ pub fn run(
     }
     let race: Vec<Point> = contestants.iter().map(|c| c.point(&truth)).collect();
     remaining.extend(much_better(&race, &remaining));
-
     for index in &remaining {
         contestants[*index].chains.clear();
     }

@@ -115,13 +115,15 @@ pub fn table(front: &Front) -> String {
         "{:width$} {:>10} {:>20} {:>5}",
         "candidate", "ms", "error", "seeds"
     );
-    for point in points {
+    for (index, point) in points.into_iter().enumerate() {
+        // The first references of the race were too noisy for an interval to be honest.
+        let error = match index < front.finalists.len() {
+            true => percent(&point.error),
+            false => about(&point.error),
+        };
         text += &format!(
             "\n{:width$} {:>10.1} {:>20} {:>5}",
-            point.candidate.name,
-            point.milliseconds,
-            percent(&point.error),
-            point.chains
+            point.candidate.name, point.milliseconds, error, point.chains
         );
     }
     text
@@ -146,6 +148,10 @@ fn percent(error: &Measured) -> String {
     if half_width.is_finite() {
         format!("{value:.1} % ± {:.1} %", 100.0 * half_width)
     } else {
-        format!("about {value:.1} %")
+        about(error)
     }
+}
+
+fn about(error: &Measured) -> String {
+    format!("about {:.1} %", 100.0 * error.value)
 }

@@ -4,10 +4,15 @@ use crate::metrics::error::{SquaredErrors, median_ratio};
 use crate::metrics::statistics::Estimate;
 use crate::scene::lights::luminance;
 
-/// Two path-traced pictures of one view, from different samples.
+/// A picture: one linear RGB value for each pixel.
+pub type Picture = Vec<[f32; 3]>;
+
+/// Two pictures of one view whose noise is independent: the references. At first they are path-traced, and after the race
+/// the chains of all candidates are in them.
 pub struct Truth {
-    halves: [Vec<[f32; 3]>; 2],
-    /// The mean over the picture of each channel, with its standard error.
+    path_traced: [Picture; 2],
+    halves: [Picture; 2],
+    /// The mean over the path-traced pictures of each channel, with its standard error.
     means: [Estimate; 3],
 }
 
@@ -23,8 +28,8 @@ pub struct Observed {
 }
 
 impl Truth {
-    /// Takes two pictures, each with the standard error of each value; all have one RGB value for each pixel.
-    pub fn new(halves: [Vec<[f32; 3]>; 2], errors: &[Vec<[f32; 3]>; 2], samples: u32) -> Self {
+    /// Takes two path-traced pictures from `samples` different samples per pixel, each with the standard error of each value.
+    pub fn new(halves: [Picture; 2], errors: &[Picture; 2], samples: u32) -> Self {
         let means = [0, 1, 2].map(|c| {
             let of = |picture: &[[f32; 3]]| -> f64 {
                 picture.iter().map(|p| f64::from(p[c])).sum::<f64>() / picture.len() as f64
@@ -39,10 +44,35 @@ impl Truth {
                 samples: u64::from(2 * samples),
             }
         });
-        Self { halves, means }
+        Self {
+            path_traced: halves.clone(),
+            halves,
+            means,
+        }
     }
 
-    /// The mean over the picture of each channel, with its standard error.
+    /// Makes the references of the path-traced pictures and of further pairs of pictures of the same view: the first one of
+    /// each pair goes into the first reference, the second one into the second. All pictures must be independent and
+    /// unbiased. A pair counts inversely to its variance, so the references have less noise than the best pair. A few
+    /// path-traced samples alone have so much noise that the divisor of the relMSE, which contains their square, is wrong.
+    pub fn join(&mut self, pairs: &[[Picture; 2]]) {
+        let pairs: Vec<&[Picture; 2]> = std::iter::once(&self.path_traced).chain(pairs).collect();
+        let mut weights = vec![1.0; pairs.len()];
+        // Variances are relative to the square of the references, so the weights of the first round are rough.
+        for _ in 0..3 {
+            self.halves = [0, 1].map(|half| {
+                let pictures: Vec<&Picture> = pairs.iter().map(|pair| &pair[half]).collect();
+                weighted(&pictures, &weights)
+            });
+            let variances = pairs.iter().map(|pair| variance(pair, &self.halves));
+            weights = variances
+                .map(|variance| 1.0 / variance.max(1e-12))
+                .collect();
+        }
+    }
+
+    /// The mean over the path-traced pictures of each channel, with its standard error. Candidates have no part in it, so a
+    /// bias that all of them share is found too.
     pub fn means(&self) -> &[Estimate; 3] {
         &self.means
     }
@@ -63,6 +93,63 @@ impl Truth {
     }
 }
 
+/// The variance of the two pictures of a pair, divided by the squared references as in the relMSE.
+fn variance([first, second]: &[Picture; 2], references: &[Picture; 2]) -> f64 {
+    let pixels = first.iter().zip(second);
+    let pixels = pixels.zip(references[0].iter().zip(&references[1]));
+    let values = pixels.flat_map(|((a, b), (r, s))| [0, 1, 2].map(|c| [a[c], b[c], r[c], s[c]]));
+    let relative = values.map(|values| {
+        let [a, b, r, s] = values.map(f64::from);
+        0.5 * (a - b).powi(2) / ((0.5 * (r + s)).powi(2) + 0.01)
+    });
+    relative.sum::<f64>() / (3 * first.len()).max(1) as f64
+}
+
+/// The weighted mean of pictures of one size.
+fn weighted(pictures: &[&Picture], weights: &[f64]) -> Picture {
+    let total: f64 = weights.iter().sum();
+    let pixels = 0..pictures.first().map_or(0, |picture| picture.len());
+    let value = |pixel: usize, c: usize| {
+        let values = pictures.iter().zip(weights);
+        let sum: f64 = values
+            .map(|(p, weight)| weight * f64::from(p[pixel][c]))
+            .sum();
+        (sum / total) as f32
+    };
+    pixels
+        .map(|pixel| [0, 1, 2].map(|c| value(pixel, c)))
+        .collect()
+}
+
+/// The sum of the pictures of several chains.
+#[derive(Clone, Debug, Default)]
+pub struct Added {
+    sum: Vec<[f64; 3]>,
+    count: u32,
+}
+
+impl Added {
+    /// Adds a picture; all have one size.
+    pub fn add(&mut self, picture: &[[f32; 3]]) {
+        self.sum.resize(picture.len(), [0.0; 3]);
+        for (sum, value) in self.sum.iter_mut().flatten().zip(picture.iter().flatten()) {
+            *sum += f64::from(*value);
+        }
+        self.count += 1;
+    }
+
+    /// The mean of the pictures; `None` without pictures.
+    pub fn mean(&self) -> Option<Picture> {
+        let scale = 1.0 / f64::from(self.count);
+        (self.count > 0).then(|| {
+            let pixels = self.sum.iter();
+            pixels
+                .map(|pixel| pixel.map(|v| (v * scale) as f32))
+                .collect()
+        })
+    }
+}
+
 impl Observed {
     /// The mean of several observations.
     pub fn mean_of(all: &[Self]) -> Self {
@@ -73,5 +160,36 @@ impl Observed {
             median: sum(&|o| o.median),
             mean: [0, 1, 2].map(|c| sum(&|o| o.mean[c])),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::random::Random;
+
+    /// A picture of grey pixels, of which each is 1 + `noise` or 1 − `noise`.
+    fn noisy(random: &mut Random, noise: f32) -> Picture {
+        let sign = |random: &mut Random| if random.unit() < 0.5 { -noise } else { noise };
+        (0..4000).map(|_| [1.0 + sign(random); 3]).collect()
+    }
+
+    #[test]
+    fn better_pictures_make_the_references_better() {
+        let random = &mut Random::new(5);
+        let pair = |noise: f32, random: &mut Random| [noisy(random, noise), noisy(random, noise)];
+        let poor = pair(1.0, random);
+        let picture = noisy(random, 0.1);
+        let mut truth = Truth::new(poor, &[vec![], vec![]], 4);
+        // Half of the pixels of each reference are black, so the divisor is wrong.
+        let before = truth.observe(&picture).relmse;
+        truth.join(&[pair(0.02, random), pair(0.04, random)]);
+        let after = truth.observe(&picture).relmse;
+        let right = 0.01 / 1.01;
+        assert!((after - right).abs() < 0.05 * right, "{after}");
+        assert!(
+            (before - right).abs() > 5.0 * (after - right).abs(),
+            "{before}"
+        );
     }
 }
