@@ -1,5 +1,6 @@
 //! The settings that a race compares.
 
+use super::chain::Purpose;
 use crate::Result;
 use crate::base::toml_text::TomlText;
 use crate::render::Settings;
@@ -19,6 +20,9 @@ pub struct Candidate {
     /// The settings that differ from those of the preset: new values by dotted key.
     #[serde(default)]
     pub set: Map<String, Value>,
+    /// The purpose for which it races; `None` for all.
+    #[serde(default, rename = "for", skip_serializing_if = "Option::is_none")]
+    pub purpose: Option<Purpose>,
 }
 
 #[derive(Deserialize)]
@@ -27,13 +31,15 @@ struct List {
     candidates: Vec<Candidate>,
 }
 
-/// The candidates of a race, path tracing first. All are unbiased.
+/// The candidates of a race for `purpose`, path tracing first. All are unbiased.
 ///
 /// # Errors
 /// The list in the program is wrong, which a test excludes.
-pub fn all() -> Result<Vec<Candidate>> {
+pub fn all(purpose: Purpose) -> Result<Vec<Candidate>> {
     let text = TomlText::new("the list of candidates", include_str!("candidates.toml"));
-    Ok(text.parse::<List>()?.candidates)
+    let mut candidates = text.parse::<List>()?.candidates;
+    candidates.retain(|candidate| candidate.purpose.is_none_or(|only| only == purpose));
+    Ok(candidates)
 }
 
 impl Candidate {
@@ -72,17 +78,17 @@ mod tests {
 
     #[test]
     fn the_list_is_right_and_begins_with_path_tracing() {
-        let all = all().unwrap();
+        let all = all(Purpose::Mean).unwrap();
         let settings: Vec<Settings> = all.iter().map(|c| c.settings().unwrap()).collect();
         assert!(all[0].is_path_tracing().unwrap() && all.len() > 4);
         for (index, one) in settings.iter().enumerate() {
             assert!(!settings[..index].contains(one), "{}", all[index].name);
+            assert!(one.is_unbiased(), "{}", all[index].name);
         }
         assert_eq!(all[1].options(), "--preset fast");
         let more = all.last().unwrap().options();
-        assert!(
-            more.ends_with("--set indirect.spatial.neighbours=5"),
-            "{more}"
-        );
+        assert!(more.contains(" --set direct.reuse=spatial"), "{more}");
+        let steady = super::all(Purpose::Steady).unwrap();
+        assert!(steady.len() < all.len());
     }
 }

@@ -19,6 +19,8 @@ pub enum Purpose {
     Steady,
     /// A late frame of a camera that moves; it moves sideways where the scene's own camera does not move
     Motion,
+    /// The mean of all frames of a camera at rest
+    Mean,
 }
 
 impl Purpose {
@@ -28,6 +30,8 @@ impl Purpose {
             Self::Still => 1,
             Self::Steady => 16,
             Self::Motion => 8,
+            // Longer than the history that frames share, so that the errors of longer means follow from this one.
+            Self::Mean => 64,
         }
     }
 
@@ -36,9 +40,14 @@ impl Purpose {
         match self {
             Self::Still | Self::Motion => frame + 1 == self.frames(),
             Self::Steady => frame >= self.frames() / 2,
+            Self::Mean => true,
         }
     }
 }
+
+/// The number of frames that a candidate without history renders for [`Purpose::Mean`]: its frames are independent, so the
+/// error of their mean follows from that of one.
+const INDEPENDENT_FRAMES: u32 = 8;
 
 /// The motion of the camera and of the scene in the frames of a chain.
 pub struct Course {
@@ -77,8 +86,10 @@ impl Course {
 /// The measurements of one chain.
 #[derive(Clone, Debug)]
 pub struct Chain {
-    /// The mean over the measured frames.
+    /// The mean over the measured frames or, for [`Purpose::Mean`], the measurements of the mean of all frames.
     pub observed: Observed,
+    /// For [`Purpose::Mean`]: the relMSE of the mean of the first 1, 2, 4 … frames. Otherwise empty.
+    pub of_means: Vec<f64>,
     /// The median time of a frame on the device, in milliseconds.
     pub milliseconds: f64,
 }
@@ -97,10 +108,13 @@ pub fn render(
     renderer.restart(seed)?;
     let frames = course.purpose.frames();
     let has_history = renderer.has_history();
+    let is_mean = course.purpose == Purpose::Mean;
+    let mut of_means = Vec::new();
     let (mut observed, mut times) = (Vec::new(), Vec::new());
     let mut pictures = Added::default();
     for frame in 0..frames {
-        if !has_history && !course.purpose.is_measured(frame) {
+        let is_measured = course.purpose.is_measured(frame);
+        if !has_history && (!is_measured || is_mean && frame >= INDEPENDENT_FRAMES) {
             continue;
         }
         course.set(renderer, frame)?;
@@ -109,14 +123,30 @@ pub fn render(
         if frame > 0 || frames == 1 {
             times.push(passes.iter().map(|pass| pass.milliseconds).sum());
         }
-        if course.purpose.is_measured(frame) {
+        if is_measured {
             let picture = renderer.frame_radiance()?;
-            observed.push(truth.observe(&picture));
             pictures.add(&picture);
+            if is_mean && has_history {
+                if let Some(mean) = pictures.mean().filter(|_| (frame + 1).is_power_of_two()) {
+                    observed = vec![truth.observe(&mean)];
+                    of_means.push(observed[0].relmse);
+                }
+            } else {
+                observed.push(truth.observe(&picture));
+            }
         }
     }
+    let mut observed = Observed::mean_of(&observed);
+    if is_mean && !has_history {
+        let of_mean = |count: u32| observed.relmse / f64::from(count);
+        of_means = (0..=frames.ilog2())
+            .map(|power| of_mean(1 << power))
+            .collect();
+        observed.relmse = of_mean(frames);
+    }
     let chain = Chain {
-        observed: Observed::mean_of(&observed),
+        observed,
+        of_means,
         milliseconds: median(times.into_iter()),
     };
     Ok((chain, pictures.mean()))

@@ -65,7 +65,7 @@ pub fn decide(points: &mut [Point], path_tracing: &Point) -> Verdict {
 mod tests {
     use super::*;
     use crate::advice::candidates;
-    use crate::advice::chain::Chain;
+    use crate::advice::chain::{Chain, Purpose};
     use crate::advice::truth::{Observed, Truth};
 
     /// A point with the given relMSE, time in milliseconds and median, from eight chains that scatter by the fraction
@@ -85,11 +85,12 @@ mod tests {
                         median,
                         mean: [1.0; 3],
                     },
+                    of_means: Vec::new(),
                     milliseconds,
                 }
             })
             .collect();
-        let mut candidate = candidates::all().unwrap().remove(1);
+        let mut candidate = candidates::all(Purpose::Steady).unwrap().remove(1);
         candidate.name = format!("{relmse} {milliseconds}");
         Point::of(&candidate, &chains, &truth)
     }

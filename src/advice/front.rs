@@ -21,8 +21,6 @@ pub struct Front {
     pub size: (u32, u32),
     /// The width and the height that the user wants; the times hold for them.
     pub wanted_size: (u32, u32),
-    /// True if the times were measured at the wanted size, and not scaled with the number of pixels.
-    pub timed_at_wanted_size: bool,
     /// The number of samples per pixel of each of the two references.
     pub reference_samples: u32,
     /// The relation of the first finalist to the second one.
@@ -36,6 +34,21 @@ pub struct Front {
     pub seconds: f64,
     /// The seconds that were spent on the compilation of shaders.
     pub compilation_seconds: f64,
+}
+
+impl Front {
+    /// The points of all candidates, the finalists first.
+    pub fn points(&self) -> Vec<&Point> {
+        let is_final = |p: &&Point| self.finalists.iter().any(|f| f.candidate == p.candidate);
+        let others = self.race.iter().filter(|point| !is_final(point));
+        self.finalists.iter().chain(others).collect()
+    }
+
+    /// The point of a candidate, that of the final if it has one.
+    pub fn point_of(&mut self, candidate: &Candidate) -> Option<&mut Point> {
+        let mut points = self.finalists.iter_mut().chain(&mut self.race);
+        points.find(|point| point.candidate == *candidate)
+    }
 }
 
 /// The relation of the best candidate to the next one.
@@ -89,7 +102,9 @@ pub struct Point {
     pub chains: usize,
     /// The time of a frame on the device, in milliseconds, at the wanted size.
     pub milliseconds: f64,
-    /// The error of a frame: the root of its relMSE.
+    /// True if the time was measured at the wanted size, and does not follow from that of smaller frames.
+    pub is_timed: bool,
+    /// The error of a frame, or of the mean of all frames for [`Purpose::Mean`]: the root of its relMSE.
     pub error: Measured,
     /// The median over the lit pixels of a frame, divided by the references.
     pub median: f64,
@@ -98,6 +113,10 @@ pub struct Point {
     pub bias: Bias,
     /// The logarithm of the relMSE, with its standard error.
     pub log_relmse: Estimate,
+    /// True if a frame depends on those before it. Frames without history are independent.
+    pub has_history: bool,
+    /// For [`Purpose::Mean`]: the relMSE of the mean of the first 1, 2, 4 … frames. Otherwise empty.
+    pub of_means: Vec<f64>,
     /// The logarithms of the frame times of the chains, in the order in which they took turns with those of other candidates.
     pub log_times: Vec<f64>,
 }
@@ -124,7 +143,7 @@ impl Bias {
 }
 
 impl Point {
-    /// Summarises the chains of a candidate. The relMSE of single chains is skewed, so the interval is one of its logarithm.
+    /// Summarises the chains of a candidate whose frames are independent. The relMSE of single chains is skewed, so the interval is one of its logarithm.
     pub fn of(candidate: &Candidate, chains: &[Chain], truth: &Truth) -> Self {
         let relmse: Vec<f64> = chains.iter().map(|chain| chain.observed.relmse).collect();
         let times: Vec<f64> = chains.iter().map(|chain| chain.milliseconds.ln()).collect();
@@ -140,12 +159,35 @@ impl Point {
             candidate: candidate.clone(),
             chains: chains.len(),
             milliseconds: time.exp(),
+            is_timed: true,
             error: Measured::of_log(root),
             median: medians.sum::<f64>() / chains.len().max(1) as f64,
             bias: bias(chains, truth),
             log_relmse: relmse,
+            has_history: false,
+            of_means: mean_of(chains.iter().map(|chain| chain.of_means.as_slice())),
             log_times: times,
         }
+    }
+
+    /// The relMSE of the mean of the first `frames` frames, for [`Purpose::Mean`]; otherwise of a single frame. More frames
+    /// than were measured lower it in proportion, except for the history that frames share: while it still matters, the
+    /// product of relMSE and frames rises, and its rise is taken to halve with each doubling of the frames.
+    pub fn relmse_after(&self, frames: u32) -> f64 {
+        let [.., before, last] = self.of_means.as_slice() else {
+            return self.log_relmse.mean.exp();
+        };
+        let doublings = f64::from(frames.max(1)).log2();
+        let measured = self.of_means.len() - 1;
+        if doublings < measured as f64 {
+            let index = doublings as usize;
+            let [a, b] =
+                [self.of_means[index], self.of_means[index + 1]].map(|v| v.max(1e-12).ln());
+            return (a + (b - a) * doublings.fract()).exp();
+        }
+        let rise = (2.0 * last / before).max(1.0).ln();
+        let further = doublings - measured as f64;
+        last * (rise * (1.0 - (-further).exp2()) - further * 2f64.ln()).exp()
     }
 
     /// The logarithm of relMSE × time, by which candidates are sorted.
@@ -191,6 +233,14 @@ fn log_of(mean: Estimate) -> Estimate {
         standard_error: mean.standard_error / value,
         ..mean
     }
+}
+
+/// The means of lists of one length, value by value.
+fn mean_of<'a>(lists: impl ExactSizeIterator<Item = &'a [f64]> + Clone) -> Vec<f64> {
+    let count = lists.len() as f64;
+    let length = lists.clone().next().map_or(0, <[f64]>::len);
+    let mean = |index: usize| lists.clone().map(|list| list[index]).sum::<f64>() / count;
+    (0..length).map(mean).collect()
 }
 
 fn bias(chains: &[Chain], truth: &Truth) -> Bias {

@@ -4,10 +4,12 @@
 //! The candidates race by successive halving. Their errors are measured with two independent references, so that the noise
 //! of the references is taken out, and the numbers that are printed come from seeds that the race did not use.
 
+pub mod cache;
 pub mod candidates;
 pub mod chain;
 pub mod choice;
 pub mod front;
+pub mod need;
 pub mod race;
 pub mod sentence;
 pub mod truth;

@@ -46,6 +46,8 @@ pub struct Track<'a> {
     pub view: &'a View,
     /// The motion of the camera and of the scene.
     pub course: &'a Course,
+    /// True if all candidates come into the final, so that all are measured well; false if the worse ones are left out.
+    pub keeps_all: bool,
 }
 
 impl Track<'_> {
@@ -122,7 +124,10 @@ impl Contestant {
     }
 
     fn point(&self, truth: &Truth) -> Point {
-        Point::of(&self.candidate, &self.chains, truth)
+        Point {
+            has_history: self.renderer.has_history(),
+            ..Point::of(&self.candidate, &self.chains, truth)
+        }
     }
 }
 
@@ -186,9 +191,18 @@ pub fn run(
             chosen: &remaining,
         };
         seed = chosen.run(course, seed, least, *end, (&truth, &time), watch)?;
-        let pairs: Vec<[Picture; 2]> = contestants.iter().filter_map(Contestant::pair).collect();
+        // Biased settings race only if the user binds the choice to them.
+        let mut pairs = Vec::new();
+        for contestant in &contestants {
+            if contestant.candidate.settings()?.is_unbiased() {
+                pairs.extend(contestant.pair());
+            }
+        }
         truth.join(&pairs);
         let points: Vec<Point> = contestants.iter().map(|c| c.point(&truth)).collect();
+        if track.keeps_all {
+            continue;
+        }
         let mut others = remaining.split_off(1);
         others.sort_by(|a, b| compare(&points[*a], &points[*b], &points[0]));
         let half = others.len().div_ceil(2).max(FINALISTS);
@@ -213,7 +227,6 @@ pub fn run(
         purpose: course.purpose,
         size: (view.width, view.height),
         wanted_size: (track.view.width, track.view.height),
-        timed_at_wanted_size: true,
         reference_samples,
         verdict: Verdict::Better,
         finalists: finalists.collect(),
@@ -362,19 +375,28 @@ fn scale_times(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Result<
     let factor = pixels(front.wanted_size) / pixels(front.size);
     for point in front.finalists.iter_mut().chain(&mut front.race) {
         point.milliseconds *= factor;
+        point.is_timed = false;
     }
     // Three frames of each are rendered to compile, and two to time.
     let frames: f64 = front.finalists.iter().map(|p| p.milliseconds * 1e-3).sum();
     if time.is_past(1.0, 5.0 * frames) {
-        front.timed_at_wanted_size = false;
         return Ok(());
     }
     for point in &mut front.finalists {
-        let compiling = Instant::now();
-        let mut renderer = track.renderer(track.view, &point.candidate)?;
-        time.compilation += compiling.elapsed();
-        time.compilation += chain::warm_up(&mut renderer, track.course)?;
-        point.milliseconds = chain::time(&mut renderer, track.course)?;
+        time.compilation += measure_time(point, track)?;
     }
     Ok(())
+}
+
+/// Measures the time of a frame of the wanted size. Returns the time that the compilation took.
+///
+/// # Errors
+/// The device fails, or the scene cannot be rendered at the time of a frame.
+pub fn measure_time(point: &mut Point, track: &Track<'_>) -> Result<Duration> {
+    let start = Instant::now();
+    let mut renderer = track.renderer(track.view, &point.candidate)?;
+    let compilation = start.elapsed() + chain::warm_up(&mut renderer, track.course)?;
+    point.milliseconds = chain::time(&mut renderer, track.course)?;
+    point.is_timed = true;
+    Ok(compilation)
 }

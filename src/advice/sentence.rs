@@ -23,7 +23,7 @@ pub fn advice(front: &Front) -> String {
     let mut text = format!(
         "Use `{}`: {} per frame of {} × {}, error {}.",
         best.candidate.name,
-        time(front, best),
+        time(best),
         front.wanted_size.0,
         front.wanted_size.1,
         percent(&best.error)
@@ -88,6 +88,7 @@ pub fn details(front: &Front) -> String {
             front.purpose.frames() / 2,
             front.purpose.frames() - 1
         ),
+        Purpose::Mean => format!("the mean of {} frames", front.purpose.frames()),
         Purpose::Motion => format!(
             "frame {} of a moving camera (by itself, or sideways by a thousandth of the scene per frame)",
             front.purpose.frames() - 1
@@ -106,9 +107,7 @@ pub fn details(front: &Front) -> String {
 
 /// The measured points as a table: first the finalists, then those that were left out.
 pub fn table(front: &Front) -> String {
-    let left_out =
-        (front.race.iter()).filter(|p| front.finalists.iter().all(|f| f.candidate != p.candidate));
-    let points: Vec<&Point> = front.finalists.iter().chain(left_out).collect();
+    let points = front.points();
     let names = points.iter().map(|p| p.candidate.name.chars().count());
     let width = names.max().unwrap_or(0).max(9);
     let mut text = format!(
@@ -129,12 +128,8 @@ pub fn table(front: &Front) -> String {
     text
 }
 
-fn time(front: &Front, point: &Point) -> String {
-    let about = if front.timed_at_wanted_size {
-        ""
-    } else {
-        "about "
-    };
+fn time(point: &Point) -> String {
+    let about = if point.is_timed { "" } else { "about " };
     match point.milliseconds {
         ms if ms < 10.0 => format!("{about}{ms:.2} ms"),
         ms if ms < 100.0 => format!("{about}{ms:.1} ms"),

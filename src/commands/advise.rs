@@ -3,6 +3,7 @@
 use super::arguments::{ViewArgs, check_files};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
+use super::repetition;
 use super::session::{OpenedScene, Purpose as SessionPurpose, Shown};
 use super::{NOTHING_WRITTEN, check_messages, print};
 use crate::advice::chain::{Course, Purpose};
@@ -15,8 +16,6 @@ use crate::render::Settings;
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{EnvironmentSettings, flatten};
 use crate::{Error, Result};
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -70,7 +69,7 @@ impl PurposeArg {
 const LEAST_TIME: f64 = 1.0;
 
 /// The number of frames per second of a moving scene.
-const FRAMES_PER_SECOND: f64 = 24.0;
+pub const FRAMES_PER_SECOND: f64 = 24.0;
 
 /// The distance by which a camera moves in each frame, as a fraction of the diagonal of the scene, if the scene does not move
 /// it.
@@ -126,14 +125,15 @@ pub fn run(args: &Args) -> Result<()> {
             scene.device.info.name
         )));
     }
-    let course = course(args, &scene, clock.time(frames - 1))?;
-    let candidates = candidates::all()?;
+    let course = course(purpose, &scene, clock.time(frames - 1))?;
+    let candidates = candidates::all(purpose)?;
     let progress = Progress::of_whole("the measurement");
     let track = Track {
         device: &scene.device,
         scene: &scene.gpu_scene,
         view: &scene.view,
         course: &course,
+        keeps_all: false,
     };
     let front = race::run(&track, &candidates, time, &mut |fraction| {
         progress.at(fraction);
@@ -144,7 +144,10 @@ pub fn run(args: &Args) -> Result<()> {
     let best = front.finalists.first().filter(|_| is_decided);
     let best = best.map(|point| &point.candidate);
     let fps = scene.clock.and_then(|clock| clock.fps);
-    let command = best.map(|best| command(args, &best.options(), fps, frames));
+    let command = best.map(|best| {
+        let command = repetition::of_view(&args.view, &best.options(), fps);
+        format!("{command} --frames {frames} -o picture.exr")
+    });
     let advice = sentence::advice(&front);
     let report = json!({
         "version": 1,
@@ -177,9 +180,12 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// The motion of the camera and of the scene. `last` is the time of the last frame, in seconds.
-fn course(args: &Args, scene: &OpenedScene, last: f64) -> Result<Course> {
+///
+/// # Errors
+/// The camera of the scene has no direction at the first or the last frame.
+pub fn course(purpose: Purpose, scene: &OpenedScene, last: f64) -> Result<Course> {
     let mut course = Course {
-        purpose: args.purpose.purpose(),
+        purpose,
         clock: None,
         camera: None,
         view: (scene.view.camera.clone(), 0.0),
@@ -210,63 +216,4 @@ fn changes(settings: &Settings) -> Result<String> {
     Ok(changed.fold(String::new(), |text, (key, value)| {
         text + &format!("{key} = {value}\n")
     }))
-}
-
-/// The complete command that renders what the advice is for, with the options `settings`.
-fn command(args: &Args, settings: &str, fps: Option<f64>, frames: u32) -> String {
-    let view = &args.view;
-    let mut command = format!(
-        "headwater render {} {settings} --bounces {}",
-        quoted(&view.scene),
-        view.bounces
-    );
-    let mut add = |option: &str, value: Option<String>| {
-        if let Some(value) = value {
-            command += &format!(" --{option} {value}");
-        }
-    };
-    add("environment", view.environment.as_deref().map(quoted));
-    add("camera", view.camera.as_deref().map(quoted));
-    add("look-at", view.look_at.as_deref().map(quoted));
-    add("width", view.width.map(|width| width.to_string()));
-    add("height", view.height.map(|height| height.to_string()));
-    add(
-        "start-time",
-        (view.start_time != 0.0).then(|| view.start_time.to_string()),
-    );
-    add("device", view.device.as_deref().map(quoted));
-    add("fps", fps.map(|fps| fps.to_string()));
-    let name = |choice: Option<PossibleValue>| choice.map(|choice| choice.get_name().to_owned());
-    let variant = &view.variant;
-    add(
-        "tracer",
-        name(variant.tracer.to_possible_value()).filter(|name| name != "auto"),
-    );
-    add(
-        "geometry",
-        name(variant.geometry.to_possible_value()).filter(|name| name != "auto"),
-    );
-    add(
-        "textures",
-        name(variant.textures.to_possible_value()).filter(|name| name != "auto"),
-    );
-    for (option, is_given) in [
-        ("jitter", view.jitter),
-        ("allow-missing", view.load.allow_missing),
-        ("allow-outside", view.load.allow_outside),
-    ] {
-        if is_given {
-            command += &format!(" --{option}");
-        }
-    }
-    format!("{command} --frames {frames} -o picture.exr")
-}
-
-/// A word as a shell reads it back.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./:,=+%@".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
 }

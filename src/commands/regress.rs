@@ -310,6 +310,7 @@ fn render_case(
     let purpose = Purpose::Regression {
         validate: args.validate,
     };
+    let frames = frames.unwrap_or(1);
     let mut session = Session::open(&scene, settings, clock, purpose, 0..frames, interrupt)?;
     // Whole frames, as a driver meets them elsewhere.
     for index in 0..frames {

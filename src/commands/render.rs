@@ -4,6 +4,7 @@ use super::arguments::SceneArgs;
 use super::capture::{self, FrameRange};
 use super::ignored;
 use super::interrupt::Interrupt;
+use super::needs::{self, Bounds, NeedArgs};
 use super::session::{Purpose, Session};
 use super::{NOTHING_WRITTEN, notice};
 use crate::base::files::write_atomically;
@@ -19,9 +20,10 @@ pub struct Args {
     /// Output file for the picture, .exr or .png; may be given several times
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Number of frames to render; only the last one is written, or the mean of all with --accumulate
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
-    pub(super) frames: u32,
+    /// Number of frames to render; only the last one is written, or the mean of all with --accumulate [default: 1, or what
+    /// --budget-ms or --target-relmse chooses]
+    #[arg(long, allow_negative_numbers = true)]
+    pub(super) frames: Option<u32>,
     /// Write the mean of all frames instead of the last frame
     #[arg(long)]
     pub(super) accumulate: bool,
@@ -35,6 +37,8 @@ pub struct Args {
     /// Number of frames per second of the scene's time; without it, all frames show the scene at --start-time
     #[arg(long, allow_hyphen_values = true)]
     pub(super) fps: Option<f64>,
+    #[command(flatten)]
+    needs: NeedArgs,
 }
 
 /// Renders the frames, and writes the pictures of `--output` and the report of `--report`.
@@ -43,13 +47,16 @@ pub struct Args {
 /// Wrong arguments or input, a device or disk that fails, or a signal, after which `--accumulate` has written the mean of
 /// the complete frames.
 pub fn run(args: &Args) -> Result<()> {
-    if args.frames == 0 {
+    if args.frames == Some(0) {
         return Err(Error::input(
             "--frames 0 renders nothing; frames begin at 1",
         ));
     }
+    let need = args.needs.need()?;
+    let mut frames = args.frames.unwrap_or(1);
+    let mut accumulates = args.accumulate;
     if let Some(range) = &args.capture {
-        range.check(args.frames)?;
+        range.check(frames)?;
     }
     let interrupt = Interrupt::watch()?;
     let (settings, changed) = args.scene.settings()?;
@@ -64,46 +71,73 @@ pub fn run(args: &Args) -> Result<()> {
         Some(_) => Purpose::Capture,
         None => Purpose::Pictures,
     };
-    // Without --accumulate only the last frame is shown; those before it are made where it needs
+    let chosen = match need {
+        Some(need) => {
+            let bounds = Bounds {
+                scene: &args.scene,
+                settings: &settings,
+                changed: &changed,
+                frames: args.frames,
+                accumulates,
+                clock,
+            };
+            let (scene, choice) = needs::choose(need, &bounds, &interrupt)?;
+            (frames, accumulates) = (choice.frames, choice.accumulates);
+            Some((scene, need, choice))
+        }
+        None => None,
+    };
+    // Without accumulation only the last frame is shown; those before it are made where it needs
     // them as history.
-    let first = if args.accumulate { 0 } else { args.frames - 1 };
-    let shown = first..args.frames;
-    let mut session = Session::open(&args.scene, settings, clock, purpose, shown, &interrupt)?;
-    if args.accumulate
-        && args.frames > 1
+    let first = if accumulates { 0 } else { frames - 1 };
+    let (mut session, met) = match chosen {
+        Some((scene, need, choice)) => {
+            let settings = choice.candidate.settings()?;
+            let session = Session::of(scene, &args.scene, settings)?;
+            let file = args.output[0].display().to_string();
+            (session, needs::check(need, &choice, &file))
+        }
+        None => {
+            let shown = first..frames;
+            let session = Session::open(&args.scene, settings, clock, purpose, shown, &interrupt)?;
+            (session, Ok(()))
+        }
+    };
+    if accumulates
+        && frames > 1
         && let Some(clock) = session.running_clock()
     {
         notice(&format!(
             "the picture is the mean of {} moments of the scene, from {} to {} s, because --fps moves the scene between frames; leave out --fps for the mean of one moment",
-            args.frames,
+            frames,
             clock.time(0),
-            clock.time(args.frames - 1)
+            clock.time(frames - 1)
         ));
     }
     if let Some(range) = args.capture {
         let wanted = capture::CapturePlan {
             range,
-            frames: args.frames,
-            accumulate: args.accumulate,
+            frames: frames,
+            accumulate: accumulates,
             exposure: args.scene.exposure,
             folder: args.presented.as_deref(),
         };
         capture::render(&mut session, &wanted, &interrupt)?;
-        let samples = if args.accumulate { args.frames } else { 1 };
+        let samples = if accumulates { frames } else { 1 };
         write(args, &mut session, samples)?;
         return session.finish();
     }
     let history = session.first_needed_for(first);
-    let progress = super::progress::Progress::new(Some(u64::from(args.frames - history)), "frames");
+    let progress = super::progress::Progress::new(Some(u64::from(frames - history)), "frames");
     for index in history..first {
         interrupt.check(NOTHING_WRITTEN)?;
         session.skip_frame(index)?;
         progress.at(f64::from(index - history));
     }
     let mut done = first;
-    while done < args.frames && interrupt.pending().is_none() {
+    while done < frames && interrupt.pending().is_none() {
         let before = f64::from(done - history);
-        done += session.add_samples(done, args.frames - done, &mut |samples| {
+        done += session.add_samples(done, frames - done, &mut |samples| {
             progress.at(before + samples);
             // Frames that are complete are worth waiting for those under way, which would spoil the sums.
             if done == first {
@@ -120,13 +154,13 @@ pub fn run(args: &Args) -> Result<()> {
     }
     write(args, &mut session, samples)?;
     session.finish()?;
-    if done == args.frames {
-        return Ok(());
+    if done == frames {
+        return met;
     }
     interrupt.check(&format!(
         "{} keeps the mean of the {samples} complete frames of {}",
         args.output[0].display(),
-        args.frames
+        frames
     ))
 }
 

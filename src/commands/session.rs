@@ -7,6 +7,7 @@ mod opened_scene;
 mod picture;
 mod profiling;
 
+pub use cameras::camera_text;
 pub use opened_scene::{OpenedScene, Purpose, Shown};
 
 use super::arguments::SceneArgs;
@@ -83,7 +84,6 @@ impl Session {
         frames: Range<u32>,
         interrupt: &Interrupt,
     ) -> Result<Self> {
-        let opened = Instant::now();
         check_aovs(&args.aov, &settings, args.view.bounces)?;
         let shown = Shown {
             scatters: settings.scatters_light(args.view.bounces),
@@ -93,6 +93,15 @@ impl Session {
             frames,
         };
         let scene = OpenedScene::open(&args.view, &shown, purpose, interrupt)?;
+        Self::of(scene, args, settings)
+    }
+
+    /// Makes the renderer for a scene that is open.
+    ///
+    /// # Errors
+    /// `--aov` does not fit the settings, or the device fails.
+    pub fn of(scene: OpenedScene, args: &SceneArgs, settings: Settings) -> Result<Self> {
+        check_aovs(&args.aov, &settings, args.view.bounces)?;
         let gpu_scene = &scene.gpu_scene;
         let [required, left_out] = gpu_scene.requirements.features();
         log::info!("required: {}", required.join(", "));
@@ -130,6 +139,7 @@ impl Session {
             camera,
             black: _,
             diagonal: _,
+            opened,
         } = scene;
         Ok(Self {
             settings,

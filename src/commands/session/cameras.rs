@@ -47,7 +47,7 @@ pub(super) fn choose_camera(
 /// The position, the directions of the axes and the field of view (in radians) of a camera as text, with all digits, so
 /// that different cameras have different texts. Pictures and profiles store it; a reference is resumed, and two
 /// profiles are compared, only if their texts are equal.
-pub(super) fn camera_text(camera: &Camera) -> String {
+pub fn camera_text(camera: &Camera) -> String {
     let transform = camera.camera_to_world;
     let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);
     format!(

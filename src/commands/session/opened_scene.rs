@@ -14,6 +14,7 @@ use crate::render::{Clock, View};
 use crate::scene::{Environment, MovingCamera};
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// If a scene has at least this many triangles, a line on stderr announces that the trees over the triangles are being
 /// built, because this takes several seconds.
@@ -84,6 +85,8 @@ pub struct OpenedScene {
     /// The scene's camera with its motion; while the clock runs, each frame is rendered with the camera of its time. `None`
     /// for a camera that does not belong to the scene, and so does not move.
     pub camera: Option<MovingCamera>,
+    /// The time at which the scene began to be loaded.
+    pub opened: Instant,
 }
 
 impl OpenedScene {
@@ -97,6 +100,7 @@ impl OpenedScene {
         purpose: Purpose,
         interrupt: &Interrupt,
     ) -> Result<Self> {
+        let opened = Instant::now();
         let captured = purpose == Purpose::Capture;
         let validates = purpose == Purpose::Regression { validate: true };
         let clock = shown.clock;
@@ -200,6 +204,7 @@ impl OpenedScene {
             edited_shaders,
             clock: moves.then_some(clock),
             camera: followed.map(|index| MovingCamera::of(&scene, index)),
+            opened,
         })
     }
 }

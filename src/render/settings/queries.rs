@@ -2,11 +2,11 @@
 
 use super::{
     Candidates, DirectMode, Far, GridMode, IndirectMode, Integrator, LightChoice, Resampling,
-    Secondary, Settings, WorldMode,
+    ReuseMode, Secondary, Settings, Shift, WorldMode,
 };
 use crate::device_scene::light_bvh::LightBvhOptions;
 use crate::render::lighting::Lighting;
-use crate::shader_interface::{HashGrid, WorldReservoirs};
+use crate::shader_interface::{HashGrid, Mis, Visibility, WorldReservoirs};
 
 impl Settings {
     /// True if the picture shows light that surfaces scatter. `bounces` is the maximum number of scattering events of a
@@ -17,6 +17,31 @@ impl Settings {
         let indirect = !(resamples && self.indirect.mode == IndirectMode::Off);
         let direct = self.direct.mode != DirectMode::Off;
         (bounces >= 1 && direct) || (bounces >= 2 && indirect)
+    }
+
+    /// True if no setting makes the mean of the picture wrong, according to the documentation of the settings.
+    pub fn is_unbiased(&self) -> bool {
+        if self.integrator == Integrator::PathTracing {
+            return true;
+        }
+        let is_merged_well = |resampling: &Resampling, visibilities: &[Visibility]| match resampling
+            .reuse
+        {
+            ReuseMode::None => resampling.visibility != Visibility::None,
+            _ => resampling.mis != Mis::Constant && visibilities.contains(&resampling.visibility),
+        };
+        let direct = is_merged_well(
+            &self.direct.resampling,
+            &[Visibility::Weights, Visibility::Final],
+        );
+        let indirect = self.indirect.mode != IndirectMode::Restir
+            || is_merged_well(&self.indirect.resampling, &[Visibility::Weights])
+                && self.indirect.shift == Shift::Unbiased;
+        let world = self.world_reservoirs() != WorldReservoirs::Published;
+        (direct || self.direct.mode != DirectMode::Restir)
+            && indirect
+            && world
+            && self.hash_grid() != HashGrid::Points
     }
 
     /// A copy of these settings with which path tracing renders a reference for them, as the command `headwater reference`
@@ -131,7 +156,42 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader_interface::Visibility;
+
+    /// Of the presets, only `s1` has a bias; single settings make others biased, unless they have no effect.
+    #[test]
+    fn biased_settings_are_known() {
+        for preset in crate::render::presets::PRESETS {
+            let settings = preset.settings().unwrap();
+            assert_eq!(
+                settings.is_unbiased(),
+                preset.name != "s1",
+                "{}",
+                preset.name
+            );
+        }
+        let balanced = crate::render::presets::Preset::named("balanced").unwrap();
+        let with = |changes: &[&str]| {
+            let settings = balanced.settings().unwrap();
+            let change = |settings: Settings, change: &&str| {
+                settings
+                    .with(&Settings::parse_change(change).unwrap())
+                    .unwrap()
+            };
+            changes.iter().fold(settings, change).is_unbiased()
+        };
+        for change in [
+            "direct.mis=constant",
+            "direct.visibility=initial",
+            "indirect.visibility=final",
+            "indirect.shift=biased",
+        ] {
+            assert!(!with(&[change]), "{change}");
+        }
+        assert!(with(&["direct.visibility=final"]));
+        assert!(with(&["direct.mis=constant", "direct.reuse=none"]));
+        assert!(with(&["indirect.shift=biased", "indirect.mode=path"]));
+        assert!(with(&["direct.mis=constant", "integrator=path-tracing"]));
+    }
 
     /// The light BVH must contain the rare lights (the dimmest ones) if direct or indirect light draws candidates from the
     /// tree but has no separate candidates for rare lights.

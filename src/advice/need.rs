@@ -1,0 +1,253 @@
+//! The choice of settings by need: by the time that a frame may take, or by the error that a picture may have.
+
+use super::candidates::Candidate;
+use super::chain::Purpose;
+use super::front::{Front, Point};
+use crate::{Error, Result};
+
+/// The need of the user.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Need {
+    /// A frame takes at most so many milliseconds on the device.
+    Milliseconds(f64),
+    /// The picture that is written has at most this relMSE.
+    RelMse(f64),
+}
+
+/// The largest number of frames that a choice has.
+const MOST_FRAMES: u32 = 1 << 20;
+
+/// The settings, the number of frames and the accumulation that meet a need, or come nearest to it.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    /// The settings.
+    pub candidate: Candidate,
+    /// The number of frames to render.
+    pub frames: u32,
+    /// True if the picture is the mean of all frames; false if it is the last frame.
+    pub accumulates: bool,
+    /// The expected time on the device, in milliseconds: of a frame, or of all that are added up where a need for a time of a
+    /// frame is met by the mean of several short frames.
+    pub milliseconds: f64,
+    /// The number of frames that share this time; 1 unless it is that of several short frames.
+    pub shares: u32,
+    /// The expected relMSE of the picture.
+    pub relmse: f64,
+    /// True if the need is met, according to the measurements.
+    pub is_met: bool,
+}
+
+impl Choice {
+    /// The expected time of each frame that is rendered, in milliseconds.
+    pub fn milliseconds_per_frame(&self) -> f64 {
+        self.milliseconds / f64::from(self.shares)
+    }
+}
+
+/// Chooses among the points of `front`, except for those of empty pictures. `frames` is the number of frames if the user
+/// has bound it. `is_allowed` tells which candidates may be chosen.
+///
+/// For a time, the choice is the least error. Frames without history are independent, so several of them may share the
+/// time of one. For an error, the choice is the least time of the whole picture.
+///
+/// # Errors
+/// There is no point whose picture is not empty.
+pub fn choose(
+    front: &Front,
+    need: Need,
+    frames: Option<u32>,
+    is_allowed: impl Fn(&Candidate) -> bool,
+) -> Result<Choice> {
+    let points = front.points();
+    let yardstick = points
+        .iter()
+        .find(|p| p.candidate.is_path_tracing().unwrap_or(false));
+    let mut choices = Vec::new();
+    for point in points.iter().copied() {
+        if is_allowed(&point.candidate) && !yardstick.is_some_and(|y| point.is_empty(y)) {
+            choices.push(choice_of(front.purpose, point, need, frames));
+        }
+    }
+    let cost = |choice: &Choice| {
+        let whole = choice.milliseconds * f64::from(choice.frames);
+        match need {
+            // The cheapest comes nearest to a time that nothing meets.
+            Need::Milliseconds(_) if choice.is_met => choice.relmse,
+            Need::Milliseconds(_) => choice.milliseconds,
+            Need::RelMse(_) if choice.is_met => whole,
+            Need::RelMse(_) => choice.relmse,
+        }
+    };
+    choices
+        .into_iter()
+        .min_by(|a, b| (b.is_met.cmp(&a.is_met)).then(cost(a).total_cmp(&cost(b))))
+        .ok_or_else(|| Error::failed("no candidate has a picture that is not empty"))
+}
+
+/// The way in which one candidate meets the need best.
+fn choice_of(purpose: Purpose, point: &Point, need: Need, bound: Option<u32>) -> Choice {
+    let is_mean = purpose == Purpose::Mean;
+    let mut choice = Choice {
+        candidate: point.candidate.clone(),
+        frames: bound.unwrap_or(purpose.frames()),
+        accumulates: is_mean,
+        milliseconds: point.milliseconds,
+        shares: 1,
+        relmse: point.relmse_after(bound.unwrap_or(purpose.frames())),
+        is_met: false,
+    };
+    match need {
+        Need::Milliseconds(most) => {
+            let independent = most / point.milliseconds;
+            if bound.is_none() && purpose != Purpose::Motion && !point.has_history {
+                let frames = (independent as u32).clamp(1, MOST_FRAMES);
+                let single = point.relmse_after(1);
+                choice.frames = frames;
+                choice.accumulates = frames > 1;
+                choice.milliseconds *= f64::from(frames);
+                choice.shares = frames;
+                choice.relmse = single / f64::from(frames);
+            }
+            choice.is_met = choice.milliseconds <= most;
+        }
+        Need::RelMse(most) => {
+            if is_mean && bound.is_none() {
+                choice.frames = frames_for(point, most);
+                choice.relmse = point.relmse_after(choice.frames);
+            }
+            choice.is_met = choice.relmse <= most;
+        }
+    }
+    choice
+}
+
+/// The least number of frames whose mean has at most the given relMSE; at most [`MOST_FRAMES`].
+fn frames_for(point: &Point, relmse: f64) -> u32 {
+    let (mut low, mut high) = (0, MOST_FRAMES);
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        match point.relmse_after(middle) <= relmse {
+            true => high = middle,
+            false => low = middle,
+        }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::advice::candidates;
+    use crate::advice::chain::Chain;
+    use crate::advice::front::Verdict;
+    use crate::advice::truth::{Observed, Truth};
+
+    /// A point with the relMSE `of_means` of the mean of 1, 2, 4 … frames.
+    fn point(name: &str, milliseconds: f64, of_means: &[f64], has_history: bool) -> Point {
+        let truth = Truth::new([vec![[1.0; 3]], vec![[1.0; 3]]], &[vec![], vec![]], 4);
+        let chain = Chain {
+            observed: Observed {
+                relmse: of_means[of_means.len() - 1],
+                median: 1.0,
+                mean: [1.0; 3],
+            },
+            of_means: of_means.to_vec(),
+            milliseconds,
+        };
+        let mut candidate = candidates::all(Purpose::Mean)
+            .unwrap()
+            .remove(usize::from(has_history));
+        candidate.name = name.to_owned();
+        Point {
+            has_history,
+            ..Point::of(&candidate, &[chain.clone(), chain], &truth)
+        }
+    }
+
+    fn front(purpose: Purpose, points: Vec<Point>) -> Front {
+        Front {
+            purpose,
+            size: (1, 1),
+            wanted_size: (1, 1),
+            reference_samples: 4,
+            verdict: Verdict::Better,
+            finalists: points,
+            race: Vec::new(),
+            seconds: 1.0,
+            compilation_seconds: 0.0,
+        }
+    }
+
+    #[test]
+    fn frames_follow_from_the_error_of_their_mean() {
+        let independent = point("a", 10.0, &[0.4, 0.2, 0.1], false);
+        assert!((independent.relmse_after(3) - 0.4 / 3.0).abs() < 1e-9);
+        assert!((independent.relmse_after(40) - 0.01).abs() < 1e-9);
+        // The product of relMSE and frames goes from 0.1 to 0.15 and 0.18, and so on to at most 0.216.
+        let correlated = point("b", 10.0, &[0.1, 0.075, 0.045], true);
+        assert!((correlated.relmse_after(4) - 0.045).abs() < 1e-9);
+        let product = 4096.0 * correlated.relmse_after(4096);
+        assert!((0.215..0.216).contains(&product), "{product}");
+
+        let front = front(Purpose::Mean, vec![independent, correlated]);
+        let of = |relmse, frames| choose(&front, Need::RelMse(relmse), frames, |_| true).unwrap();
+        // One frame of the second one is enough, and two of it for the next.
+        assert_eq!(
+            (
+                of(0.1001, None).candidate.name.as_str(),
+                of(0.1001, None).frames
+            ),
+            ("b", 1)
+        );
+        // 40 and 22 frames.
+        let long = of(0.01, None);
+        assert!(
+            long.is_met && long.accumulates && long.candidate.name == "b",
+            "{long:?}"
+        );
+        assert!(
+            long.relmse <= 0.01 && (20..23).contains(&long.frames),
+            "{long:?}"
+        );
+        let bound = of(0.01, Some(2));
+        assert!(
+            !bound.is_met && bound.frames == 2 && bound.candidate.name == "b",
+            "{bound:?}"
+        );
+    }
+
+    #[test]
+    fn the_least_error_within_a_time_is_chosen() {
+        let front = front(
+            Purpose::Steady,
+            vec![
+                point("quick", 10.0, &[0.4], false),
+                point("good", 25.0, &[0.1], true),
+            ],
+        );
+        let of = |ms, frames| choose(&front, Need::Milliseconds(ms), frames, |_| true).unwrap();
+        assert_eq!(of(30.0, None).candidate.name, "good");
+        assert_eq!(
+            (of(30.0, None).frames, of(30.0, None).accumulates),
+            (16, false)
+        );
+        // In the time of one frame, two independent frames share it.
+        let two = of(24.0, None);
+        assert_eq!(
+            (two.candidate.name.as_str(), two.frames, two.accumulates),
+            ("quick", 2, true)
+        );
+        assert!(two.is_met && (two.relmse - 0.2).abs() < 1e-9, "{two:?}");
+        assert_eq!(of(24.0, Some(5)).frames, 5);
+        let unmet = of(1.0, None);
+        assert!(
+            !unmet.is_met && unmet.candidate.name == "quick",
+            "{unmet:?}"
+        );
+        let bound = choose(&front, Need::Milliseconds(30.5), None, |c| {
+            c.name == "quick"
+        })
+        .unwrap();
+        assert_eq!((bound.candidate.name.as_str(), bound.frames), ("quick", 3));
+    }
+}

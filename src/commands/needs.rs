@@ -1,0 +1,315 @@
+//! `render --budget-ms` and `render --target-relmse`: the choice of settings, frames and accumulation from measurements of
+//! the scene on the device, before the first frame is rendered.
+
+use super::advise::course;
+use super::arguments::SceneArgs;
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::session::{OpenedScene, Purpose as SessionPurpose, Shown, camera_text};
+use super::{NOTHING_WRITTEN, notice, repetition, say};
+use crate::advice::cache::Place;
+use crate::advice::chain::Purpose;
+use crate::advice::need::{self, Choice, Need};
+use crate::advice::race::{self, Time, Track};
+use crate::advice::{Candidate, Front, candidates};
+use crate::render::presets::{self, Preset};
+use crate::render::settings::{EnvironmentSettings, Integrator, flatten};
+use crate::render::{Clock, Settings};
+use crate::{Error, Result};
+use serde_json::{Map, Value, json};
+
+/// The time for the measurement of a scene that is not in the store, in seconds, without the compilation of shaders.
+const SECONDS: f64 = 30.0;
+
+/// Options of `render` that choose settings by need.
+#[derive(clap::Args)]
+pub struct NeedArgs {
+    /// Choose the settings with the least error of those whose frames take at most this time on the device, in milliseconds.
+    /// The scene is measured first, in about 30 s, once for each view and device. --preset, --set, --frames and
+    /// --accumulate bind the choice
+    #[arg(
+        long,
+        value_name = "MS",
+        conflicts_with = "capture",
+        allow_negative_numbers = true
+    )]
+    budget_ms: Option<f64>,
+    /// Choose the settings and the number of frames with which a picture with at most this relMSE takes the least time;
+    /// measured and bound as with --budget-ms
+    #[arg(
+        long,
+        value_name = "ERROR",
+        conflicts_with_all = ["capture", "budget_ms"],
+        allow_negative_numbers = true
+    )]
+    target_relmse: Option<f64>,
+}
+
+impl NeedArgs {
+    /// The need, if one of the options is given.
+    ///
+    /// # Errors
+    /// The number is not positive and finite.
+    pub fn need(&self) -> Result<Option<Need>> {
+        let (option, number, need) = match (self.budget_ms, self.target_relmse) {
+            (Some(ms), _) => ("--budget-ms", ms, Need::Milliseconds(ms)),
+            (_, Some(relmse)) => ("--target-relmse", relmse, Need::RelMse(relmse)),
+            _ => return Ok(None),
+        };
+        if number > 0.0 && number.is_finite() {
+            return Ok(Some(need));
+        }
+        Err(Error::input(format!(
+            "{option} {number}: it is a number above 0"
+        )))
+    }
+}
+
+/// The arguments of `render` that decide how the need is met.
+pub struct Bounds<'a> {
+    /// The options of the scene and of the settings.
+    pub scene: &'a SceneArgs,
+    /// The settings of `--preset`, `--config` and `--set`.
+    pub settings: &'a Settings,
+    /// The dotted keys that `--config` and `--set` change.
+    pub changed: &'a [String],
+    /// The value of `--frames`, if it is given.
+    pub frames: Option<u32>,
+    /// True if `--accumulate` is given.
+    pub accumulates: bool,
+    /// The clock of the run.
+    pub clock: Clock,
+}
+
+/// Opens the scene, measures it unless that was done before, and chooses. Prints the choice, and the command that repeats
+/// the picture without measuring.
+///
+/// # Errors
+/// Wrong arguments or input, a scene without light, no usable device, a device that fails, or a signal.
+pub fn choose(
+    need: Need,
+    bounds: &Bounds<'_>,
+    interrupt: &Interrupt,
+) -> Result<(OpenedScene, Choice)> {
+    let time = Time::of(SECONDS);
+    let view = &bounds.scene.view;
+    let clock = bounds.clock;
+    let shown = Shown {
+        scatters: true,
+        environment: EnvironmentSettings {
+            ..bounds.settings.environment
+        },
+        clock,
+        clock_is_given: true,
+        frames: 0..bounds.frames.unwrap_or(1),
+    };
+    let scene = OpenedScene::open(view, &shown, SessionPurpose::Pictures, interrupt)?;
+    if scene.black.is_some() {
+        return Err(Error::input(format!(
+            "{}: without light, nothing can be measured; leave out {}",
+            view.scene,
+            option(need)
+        )));
+    }
+    if scene.device.info.timestamp_period == 0.0 {
+        return Err(Error::failed(format!(
+            "device '{}' measures no times; --device chooses another",
+            scene.device.info.name
+        )));
+    }
+    let moves = scene.clock.is_some_and(|clock| clock.fps.is_some());
+    let purpose = match need {
+        _ if moves => Purpose::Motion,
+        Need::RelMse(_) => Purpose::Mean,
+        Need::Milliseconds(_) if bounds.accumulates => Purpose::Mean,
+        Need::Milliseconds(_) if bounds.frames == Some(1) => Purpose::Still,
+        Need::Milliseconds(_) => Purpose::Steady,
+    };
+    if moves && bounds.accumulates {
+        return Err(Error::input(format!(
+            "with {}, --accumulate needs a scene at rest; leave out --fps",
+            option(need)
+        )));
+    }
+    let course = course(purpose, &scene, clock.time(purpose.frames() - 1))?;
+    let track = Track {
+        device: &scene.device,
+        scene: &scene.gpu_scene,
+        view: &scene.view,
+        course: &course,
+        keeps_all: true,
+    };
+    let candidates = bound_candidates(bounds, purpose)?;
+    let place = Place::of(conditions(&scene, purpose, clock, &candidates)?);
+    let mut front = match place.load() {
+        Some(front) => front,
+        None => {
+            say(format_args!(
+                "measuring the scene for {}, in about {SECONDS} s and the time to compile shaders; later runs know the result",
+                option(need)
+            ));
+            measure(&track, &candidates, time, interrupt)?
+        }
+    };
+    let yardstick = &candidates[0];
+    let is_bound = bounds.scene.preset.is_some();
+    let is_allowed =
+        |candidate: &Candidate| !is_bound || candidate != yardstick || candidates.len() == 1;
+    let choice = loop {
+        let choice = need::choose(&front, need, bounds.frames, is_allowed)?;
+        let point = front.point_of(&choice.candidate);
+        // The times of small frames say little about those of large ones.
+        match point.filter(|point| !point.is_timed && matches!(need, Need::Milliseconds(_))) {
+            Some(point) => race::measure_time(point, &track).map(drop)?,
+            None => break choice,
+        }
+    };
+    if let Err(error) = place.store(&front) {
+        notice(&format!("the measurements are not kept: {error}"));
+    }
+    announce(&choice, bounds, moves.then_some(clock.fps).flatten())?;
+    Ok((scene, choice))
+}
+
+/// The option that states the need.
+fn option(need: Need) -> &'static str {
+    match need {
+        Need::Milliseconds(_) => "--budget-ms",
+        Need::RelMse(_) => "--target-relmse",
+    }
+}
+
+/// Measures all candidates.
+fn measure(
+    track: &Track<'_>,
+    candidates: &[Candidate],
+    time: Time,
+    interrupt: &Interrupt,
+) -> Result<Front> {
+    let progress = Progress::of_whole("the measurement");
+    let front = race::run(track, candidates, time, &mut |fraction| {
+        progress.at(fraction);
+        interrupt.check(NOTHING_WRITTEN)
+    })?;
+    progress.finish();
+    Ok(front)
+}
+
+/// The candidates that agree with the user's settings, path tracing first. With `--preset` it is the only one beside path
+/// tracing, with which all are compared; `--config` and `--set` change all.
+fn bound_candidates(bounds: &Bounds<'_>, purpose: Purpose) -> Result<Vec<Candidate>> {
+    let mut all = candidates::all(purpose)?;
+    if let Some(preset) = &bounds.scene.preset {
+        all.truncate(1);
+        if Preset::named(preset)?.settings()?.integrator != Integrator::PathTracing {
+            all.push(Candidate {
+                name: preset.clone(),
+                preset: preset.clone(),
+                set: Map::new(),
+                purpose: None,
+            });
+        }
+    }
+    let mut values = Vec::new();
+    flatten("", &bounds.settings.to_value()?, &mut values);
+    let mut bound: Vec<Candidate> = Vec::new();
+    let mut known = Vec::new();
+    for mut candidate in all {
+        for (key, value) in values
+            .iter()
+            .filter(|(key, _)| bounds.changed.contains(key))
+        {
+            candidate.set.insert(key.clone(), value.clone());
+        }
+        let settings = candidate.settings()?;
+        // Changes can make two candidates equal.
+        if !known.contains(&settings) {
+            known.push(settings);
+            bound.push(candidate);
+        }
+    }
+    Ok(bound)
+}
+
+/// Everything that the measurements depend on.
+fn conditions(
+    scene: &OpenedScene,
+    purpose: Purpose,
+    clock: Clock,
+    candidates: &[Candidate],
+) -> Result<Value> {
+    let variant = scene.selection.variant;
+    let candidates: Result<Vec<Value>> = candidates
+        .iter()
+        .map(|candidate| candidate.settings()?.to_value())
+        .collect();
+    Ok(json!({
+        "version": 1,
+        "commit": env!("HEADWATER_COMMIT"),
+        "shaders": scene.edited_shaders,
+        "scene": scene.scene_hash,
+        "device": scene.device.info.name,
+        "driver": scene.device.info.driver,
+        "variant": [
+            variant.tracer.name(),
+            variant.geometry.name(),
+            variant.fetch.name(),
+            variant.textures.name(),
+        ],
+        "camera": camera_text(&scene.view.camera),
+        "size": [scene.view.width, scene.view.height],
+        "bounces": scene.view.bounces,
+        "jitter": scene.view.jitter,
+        "start_time": clock.start_time,
+        "fps": clock.fps,
+        "purpose": crate::base::json::value_of("the purpose", &purpose)?,
+        "candidates": candidates?,
+    }))
+}
+
+/// Prints the choice, and the command that repeats the picture.
+fn announce(choice: &Choice, bounds: &Bounds<'_>, fps: Option<f64>) -> Result<()> {
+    let view = &bounds.scene.view;
+    if !choice.candidate.settings()?.is_unbiased() {
+        notice(&format!(
+            "the settings of --preset {} or --set are biased; the choice is bound to them",
+            bounds.scene.preset.as_deref().unwrap_or(presets::DEFAULT)
+        ));
+    }
+    let (frames, is_mean) = (choice.frames, choice.accumulates);
+    notice(&format!(
+        "chosen: `{}`, {} of {frames} frames, {:.2} ms per frame, relMSE about {:.3e}",
+        choice.candidate.name,
+        if is_mean { "the mean" } else { "the last one" },
+        choice.milliseconds_per_frame(),
+        choice.relmse
+    ));
+    let mut command = repetition::of_view(view, &choice.candidate.options(), fps);
+    command += &format!(" --seed {} --frames {frames}", view.seed);
+    if is_mean {
+        command += " --accumulate";
+    }
+    notice(&format!("again: {command} -o picture.exr"));
+    Ok(())
+}
+
+/// The error of a need that the written picture `file` does not meet.
+///
+/// # Errors
+/// Always; there is none if the need is met.
+pub fn check(need: Need, choice: &Choice, file: &str) -> Result<()> {
+    if choice.is_met {
+        return Ok(());
+    }
+    let name = &choice.candidate.name;
+    Err(Error::failed(match need {
+        Need::Milliseconds(most) => format!(
+            "--budget-ms {most}: nothing is as fast; the cheapest, `{name}`, takes {:.2} ms per frame, and {file} was written with it",
+            choice.milliseconds
+        ),
+        Need::RelMse(most) => format!(
+            "--target-relmse {most}: nothing comes so far with these frames; the best, `{name}`, has about {:.3e}, and {file} was written with it",
+            choice.relmse
+        ),
+    }))
+}

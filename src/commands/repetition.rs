@@ -1,0 +1,64 @@
+//! The command line that repeats a picture: a view, settings, and further options as a shell reads them back.
+
+use super::arguments::ViewArgs;
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+
+/// The command `render` with the options of the view `view`, except for the seed, and with the options `settings`. `fps` is
+/// the number of frames per second, if the scene moves.
+pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
+    let mut command = format!(
+        "headwater render {} {settings} --bounces {}",
+        quoted(&view.scene),
+        view.bounces
+    );
+    let mut add = |option: &str, value: Option<String>| {
+        if let Some(value) = value {
+            command += &format!(" --{option} {value}");
+        }
+    };
+    add("environment", view.environment.as_deref().map(quoted));
+    add("camera", view.camera.as_deref().map(quoted));
+    add("look-at", view.look_at.as_deref().map(quoted));
+    add("width", view.width.map(|width| width.to_string()));
+    add("height", view.height.map(|height| height.to_string()));
+    add(
+        "start-time",
+        (view.start_time != 0.0).then(|| view.start_time.to_string()),
+    );
+    add("device", view.device.as_deref().map(quoted));
+    add("fps", fps.map(|fps| fps.to_string()));
+    let name = |choice: Option<PossibleValue>| choice.map(|choice| choice.get_name().to_owned());
+    let variant = &view.variant;
+    add(
+        "tracer",
+        name(variant.tracer.to_possible_value()).filter(|name| name != "auto"),
+    );
+    add(
+        "geometry",
+        name(variant.geometry.to_possible_value()).filter(|name| name != "auto"),
+    );
+    add(
+        "textures",
+        name(variant.textures.to_possible_value()).filter(|name| name != "auto"),
+    );
+    for (option, is_given) in [
+        ("jitter", view.jitter),
+        ("allow-missing", view.load.allow_missing),
+        ("allow-outside", view.load.allow_outside),
+    ] {
+        if is_given {
+            command += &format!(" --{option}");
+        }
+    }
+    command
+}
+
+/// A word as a shell reads it back.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./:,=+%@".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
