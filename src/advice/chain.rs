@@ -3,6 +3,7 @@
 
 use super::truth::{Observed, Truth};
 use crate::Result;
+use crate::gpu::PassTime;
 use crate::metrics::statistics::median;
 use crate::render::{Clock, Renderer};
 use crate::scene::{Camera, MovingCamera};
@@ -32,7 +33,7 @@ impl Purpose {
     }
 
     /// The indices of the frames that are measured. Those of a camera at rest show the same, so several count.
-    fn is_measured(self, frame: u32) -> bool {
+    pub(super) fn is_measured(self, frame: u32) -> bool {
         match self {
             Self::Still | Self::Motion => frame + 1 == self.frames(),
             Self::Steady => frame >= self.frames() / 2,
@@ -83,12 +84,24 @@ pub struct Chain {
     pub milliseconds: f64,
 }
 
+/// Receives the frames of chains.
+pub trait Observer {
+    /// Receives the frame with the index `index`: the times of its passes, and its linear RGB radiance, row by row.
+    fn frame(&mut self, index: u32, passes: &[PassTime], picture: &[[f32; 3]], truth: &Truth);
+}
+
 /// Renders one chain. Path tracing reuses nothing, so its chain is the last frame alone. All passes must have run before
-/// ([`warm_up`]), so that no time contains compilation.
+/// ([`warm_up`]), so that no time contains compilation. The observer also receives frames that are not measured.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at the time of a frame.
-pub fn render(renderer: &mut Renderer, course: &Course, seed: u32, truth: &Truth) -> Result<Chain> {
+pub fn render(
+    renderer: &mut Renderer,
+    course: &Course,
+    seed: u32,
+    truth: &Truth,
+    mut observer: Option<&mut dyn Observer>,
+) -> Result<Chain> {
     renderer.restart(seed)?;
     let frames = course.purpose.frames();
     let first = if renderer.has_history() {
@@ -104,8 +117,15 @@ pub fn render(renderer: &mut Renderer, course: &Course, seed: u32, truth: &Truth
         if frame > 0 || frames == 1 {
             times.push(passes.iter().map(|pass| pass.milliseconds).sum());
         }
-        if course.purpose.is_measured(frame) {
-            observed.push(truth.observe(&renderer.frame_radiance()?));
+        let is_measured = course.purpose.is_measured(frame);
+        if is_measured || observer.is_some() {
+            let picture = renderer.frame_radiance()?;
+            if let Some(observer) = &mut observer {
+                observer.frame(frame, &passes, &picture, truth);
+            }
+            if is_measured {
+                observed.push(truth.observe(&picture));
+            }
         }
     }
     Ok(Chain {

@@ -7,6 +7,7 @@
 pub mod candidates;
 pub mod chain;
 pub mod choice;
+pub mod exhibit;
 pub mod front;
 pub mod race;
 pub mod sentence;

@@ -1,11 +1,14 @@
 //! `advise`: measures which preset to use for a scene on this device, what a frame costs, and how far off it is.
 
+mod contents;
+
 use super::arguments::{ViewArgs, check_files};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::session::{OpenedScene, Purpose as SessionPurpose, Shown};
 use super::{NOTHING_WRITTEN, check_messages, print};
 use crate::advice::chain::{Course, Purpose};
+use crate::advice::exhibit::Gallery;
 use crate::advice::front::Verdict;
 use crate::advice::race::{self, Time, Track};
 use crate::advice::{candidates, sentence};
@@ -37,7 +40,8 @@ pub struct Args {
         allow_negative_numbers = true
     )]
     time: f64,
-    /// Write settings.toml, for --config, and advice.json to this folder, which is created if it is missing
+    /// Write settings.toml, for --config, advice.json, and index.html, a page with plots and pictures of all candidates, to
+    /// this folder, which is created if it is missing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Print the advice and all measurements as one JSON object
@@ -96,7 +100,7 @@ pub fn run(args: &Args) -> Result<()> {
     let files = args
         .output
         .as_ref()
-        .map(|folder| ["settings.toml", "advice.json"].map(|name| folder.join(name)));
+        .map(|folder| ["settings.toml", "advice.json", "index.html"].map(|name| folder.join(name)));
     let time = Time::of(args.time);
     let purpose = args.purpose.purpose();
     let is_motion = purpose == Purpose::Motion;
@@ -135,10 +139,17 @@ pub fn run(args: &Args) -> Result<()> {
         view: &scene.view,
         course: &course,
     };
-    let front = race::run(&track, &candidates, time, &mut |fraction| {
-        progress.at(fraction);
-        interrupt.check(NOTHING_WRITTEN)
-    })?;
+    let mut gallery = args.output.as_ref().map(|_| Gallery::default());
+    let front = race::run(
+        &track,
+        &candidates,
+        time,
+        gallery.as_mut(),
+        &mut |fraction| {
+            progress.at(fraction);
+            interrupt.check(NOTHING_WRITTEN)
+        },
+    )?;
     progress.finish();
     let is_decided = !matches!(front.verdict, Verdict::Undecided(_));
     let best = front.finalists.first().filter(|_| is_decided);
@@ -156,12 +167,14 @@ pub fn run(args: &Args) -> Result<()> {
         "scene": scene.scene_hash,
         "front": value_of("the measurements", &front)?,
     });
-    if let Some([settings_file, report_file]) = &files {
+    if let (Some([settings_file, report_file, page_file]), Some(gallery)) = (&files, gallery) {
+        let page = contents::page(args, &scene, &front, gallery, fps)?.html()?;
         if let Some(best) = best {
             let settings = changes(&best.settings()?)?;
             write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
         }
         write_atomically(report_file, |file| writeln!(file, "{report:#}"))?;
+        write_atomically(page_file, |file| file.write_all(page.as_bytes()))?;
     }
     if args.json {
         print(format_args!("{report:#}"))?;
