@@ -221,3 +221,86 @@ pub fn shared(
     };
     kinds.iter().map(of).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::random::Random;
+
+    const SIZE: (u32, u32) = (24, 16);
+
+    /// A grey picture, with independent errors of ± 20 % if there is a generator of random numbers.
+    fn picture(random: Option<&mut Random>) -> Picture {
+        let mut picture = vec![[1.0; 3]; (SIZE.0 * SIZE.1) as usize];
+        if let Some(random) = random {
+            for pixel in &mut picture {
+                *pixel = [if random.unit() < 0.5 { 0.8 } else { 1.2 }; 3];
+            }
+        }
+        picture
+    }
+
+    fn pass(name: &str, milliseconds: f64) -> PassTime {
+        PassTime {
+            name: name.to_owned(),
+            milliseconds,
+            start: 0.0,
+            first_run: false,
+        }
+    }
+
+    /// The exhibit of frames with independent errors, whose indices are `frames`, from four chains.
+    fn exhibit(purpose: Purpose, frames: std::ops::Range<u32>) -> Exhibit {
+        let truth = Truth::new([picture(None), picture(None)], &[vec![], vec![]], 64);
+        let mut recorder = Recorder::new(purpose, SIZE);
+        let mut random = Random::new(3);
+        assert!(recorder.exhibit().is_none());
+        for _ in 0..4 {
+            for index in frames.clone() {
+                let passes = [
+                    pass("spatial", 2.0),
+                    pass("shade", 1.0),
+                    pass("spatial", 3.0),
+                ];
+                recorder.frame(index, &passes, &picture(Some(&mut random)), &truth);
+            }
+        }
+        recorder.exhibit().unwrap()
+    }
+
+    #[test]
+    fn independent_frames_flicker_by_the_root_of_two() {
+        // A chain of path tracing is its last frame alone.
+        for frames in [0..16, 15..16] {
+            let exhibit = exhibit(Purpose::Steady, frames);
+            assert_eq!((exhibit.runs, exhibit.errors.len()), (4, 16));
+            // The square of 0.2, divided by 1.01.
+            assert!(exhibit.errors.iter().all(|e| (e - 0.199).abs() < 1e-3));
+            let flicker = exhibit.flicker.unwrap();
+            assert!(
+                (flicker.value / 0.199 - 2_f64.sqrt()).abs() < 0.1,
+                "{}",
+                flicker.value
+            );
+            assert_eq!(flicker.pixels.len(), exhibit.picture.len());
+            assert_eq!(
+                exhibit.passes,
+                [("spatial".to_owned(), 5.0), ("shade".to_owned(), 1.0)]
+            );
+            assert!(
+                (exhibit.low_frequencies - 1.0).abs() < 0.5,
+                "{}",
+                exhibit.low_frequencies
+            );
+        }
+    }
+
+    #[test]
+    fn frames_without_a_reference_have_neither_errors_nor_flicker() {
+        for purpose in [Purpose::Still, Purpose::Motion] {
+            let exhibit = exhibit(purpose, 0..purpose.frames());
+            assert!(exhibit.errors.is_empty() && exhibit.flicker.is_none());
+            assert_eq!(exhibit.passes.len(), 2);
+        }
+    }
+}

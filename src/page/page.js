@@ -85,7 +85,7 @@ function choose(index) {
     add(thumbs, "p", { class: "note" }, "No pictures of this point were recorded.");
   } else {
     const { exhibit } = point;
-    thumb(thumbs, side, "picture", "a late frame");
+    thumb(thumbs, side, "picture", "one frame of it");
     thumb(thumbs, side, "signed", "blue: too dark, orange: too bright");
     thumb(thumbs, side, "relative", "black: none, pale: at least 100 %");
     thumb(thumbs, side, "flip", `mean ${short(exhibit.flip.value)}; black: none`);
@@ -163,7 +163,7 @@ function fillNoise() {
       const [number, text] = value(point);
       const cell = add(row, "td", {}, text);
       const width = (72 * Math.max(0, number ?? 0)) / most[i];
-      add(cell, "span", { class: "bar", style: `width: ${width}px`, "aria-hidden": "true" });
+      if (width > 0) add(cell, "span", { class: "bar", style: `width: ${width}px`, "aria-hidden": "true" });
     });
   }
 }

@@ -57,7 +57,7 @@ function linearScale(low, high, start, end, ticks) {
 /** The size of a plot in `container`, in pixels, and its inner rectangle. */
 function frameOf(container, height) {
   const width = Math.max(260, container.clientWidth || 0);
-  return { width, height, left: 52, right: width - 16, top: 26, bottom: height - 44 };
+  return { width, height, left: 60, right: width - 16, top: 26, bottom: height - 44 };
 }
 
 /** Begins a plot with axes in `container`, and returns its SVG element. */
@@ -74,7 +74,7 @@ function axes(container, frame, x, y, labels) {
     draw(svg, "text", { x: x.at(tick), y: bottom + 17, "text-anchor": "middle" }, labels.xTick(tick));
   }
   draw(svg, "path", { class: "axis", fill: "none", d: `M${left},${top}V${bottom}H${right}` });
-  draw(svg, "text", { class: "quiet", x: left - 44, y: 14 }, labels.yLabel);
+  draw(svg, "text", { class: "quiet", x: left - 52, y: 14 }, labels.yLabel);
   draw(svg, "text", { class: "quiet", x: right, y: height - 6, "text-anchor": "end" }, labels.xLabel);
   return svg;
 }

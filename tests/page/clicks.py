@@ -13,6 +13,8 @@ from playwright.sync_api import sync_playwright
 
 PAGE = Path(sys.argv[1]).resolve()
 FOLDER = Path(sys.argv[2]) if len(sys.argv) > 2 else None
+# The colour of the page, as a script.
+BACK = "getComputedStyle(document.body).backgroundColor"
 WIDTHS = {"wide": 1280, "narrow": 360}
 
 
@@ -125,12 +127,11 @@ def pictures_are_compared(user):
 
 def colours_change(user):
     page = user.page
-    back = "getComputedStyle(document.body).backgroundColor"
-    before = page.evaluate(back)
+    before = page.evaluate(BACK)
     page.click("#theme")
-    check(page.evaluate(back) != before, "the button does not change the colours")
+    check(page.evaluate(BACK) != before, "the button does not change the colours")
     page.click("#theme")
-    check(page.evaluate(back) == before, "the button does not change the colours back")
+    check(page.evaluate(BACK) == before, "the button does not change the colours back")
 
 
 def plots_are_complete(user):
@@ -188,7 +189,9 @@ def text_has_contrast(user):
 
 
 def print_is_complete(user):
+    user.page.click("#theme")
     user.page.emulate_media(media="print")
+    check(user.page.evaluate(BACK) == "rgb(255, 255, 255)", "paper is not white")
     check(not user.page.is_visible("#theme") and not user.page.is_visible("#exposure"), "controls are printed")
     for selector in ["#answer", "#command", "#scatter svg", "#canvas", "#passes svg", "#spectrum svg"]:
         check(user.page.is_visible(selector), f"{selector} is not printed")
