@@ -45,6 +45,7 @@ pub mod device_scene;
 pub mod gpu;
 pub mod image;
 pub mod metrics;
+pub mod page;
 pub mod procedural;
 pub mod profile;
 pub mod regress;

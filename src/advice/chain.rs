@@ -3,6 +3,7 @@
 
 use super::truth::{Added, Observed, Picture, Truth};
 use crate::Result;
+use crate::gpu::PassTime;
 use crate::metrics::statistics::median;
 use crate::render::{Clock, Renderer};
 use crate::scene::{Camera, MovingCamera};
@@ -36,7 +37,7 @@ impl Purpose {
     }
 
     /// The indices of the frames that are measured. Those of a camera at rest show the same, so several count.
-    fn is_measured(self, frame: u32) -> bool {
+    pub(super) fn is_measured(self, frame: u32) -> bool {
         match self {
             Self::Still | Self::Motion => frame + 1 == self.frames(),
             Self::Steady => frame >= self.frames() / 2,
@@ -94,8 +95,15 @@ pub struct Chain {
     pub milliseconds: f64,
 }
 
+/// Receives the frames of chains.
+pub trait Observer {
+    /// Receives the frame with the index `index`: the times of its passes, and its linear RGB radiance, row by row.
+    fn frame(&mut self, index: u32, passes: &[PassTime], picture: &[[f32; 3]], truth: &Truth);
+}
+
 /// Renders one chain, and returns it with the mean of its measured frames. A renderer without history renders these frames
 /// alone. All passes must have run before ([`warm_up`]), so that no time contains compilation.
+/// The observer also receives frames that are not measured.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at the time of a frame.
@@ -104,6 +112,7 @@ pub fn render(
     course: &Course,
     seed: u32,
     truth: &Truth,
+    mut observer: Option<&mut dyn Observer>,
 ) -> Result<(Chain, Option<Picture>)> {
     renderer.restart(seed)?;
     let frames = course.purpose.frames();
@@ -123,15 +132,20 @@ pub fn render(
         if frame > 0 || frames == 1 {
             times.push(passes.iter().map(|pass| pass.milliseconds).sum());
         }
-        if is_measured {
+        if is_measured || observer.is_some() {
             let picture = renderer.frame_radiance()?;
-            pictures.add(&picture);
-            if is_mean && has_history {
+            if let Some(observer) = &mut observer {
+                observer.frame(frame, &passes, &picture, truth);
+            }
+            if is_measured {
+                pictures.add(&picture);
+            }
+            if is_measured && is_mean && has_history {
                 if let Some(mean) = pictures.mean().filter(|_| (frame + 1).is_power_of_two()) {
                     observed = vec![truth.observe(&mean)];
                     of_means.push(observed[0].relmse);
                 }
-            } else {
+            } else if is_measured {
                 observed.push(truth.observe(&picture));
             }
         }

@@ -8,6 +8,7 @@ pub mod cache;
 pub mod candidates;
 pub mod chain;
 pub mod choice;
+pub mod exhibit;
 pub mod front;
 pub mod need;
 pub mod race;

@@ -2,14 +2,16 @@
 //! worse part of the rest, and the final measures the best ones with seeds that the race did not use.
 
 use super::candidates::Candidate;
-use super::chain::{self, Chain, Course};
+use super::chain::{self, Chain, Course, Observer};
 use super::choice::{compare, decide};
+use super::exhibit::{self, Gallery, Recorder};
 use super::front::{Front, Point, Verdict};
 use super::truth::{Added, Picture, Truth};
 use crate::base::progress::Watch;
 use crate::device_scene::GpuScene;
 use crate::gpu::Device;
-use crate::render::{Renderer, View};
+use crate::page::contents::Shared;
+use crate::render::{Lighting, Renderer, ResolvedSettings, Tracking, View};
 use crate::{Error, Result};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -19,14 +21,18 @@ use std::time::{Duration, Instant};
 const ENDS: [f64; 3] = [0.15, 0.35, 0.5];
 /// The largest part of the time that is spent on timing frames of the wanted size.
 const TIMING_PART: f64 = 0.15;
+/// The part of the time that is spent on exhibits, where they are wanted. It is taken from the final.
+const EXHIBITS_PART: f64 = 0.1;
 /// The least number of chains of each candidate in the first round and in the final, from which intervals are computed.
 const LEAST_CHAINS: u32 = 2;
 /// The number of candidates beside path tracing that come into the final because of their error at equal time.
 const FINALISTS: usize = 2;
 /// A candidate comes into the final too if its error is below this fraction of that of the best one, whatever it costs.
 const MUCH_LESS: f64 = 0.85;
-/// The numbers that are added to the first seed: for the final, and for the two references. The race has the seeds before.
+/// The numbers that are added to the first seed: for the final, for exhibits, and for the two references. The race has the
+/// seeds before.
 const FINAL_SEED: u32 = 1 << 30;
+const EXHIBITS_SEED: u32 = 3 << 29;
 const TRUTH_SEEDS: [u32; 2] = [0x5EED_1000, 0x5EED_2000];
 /// The factor that spreads the seed of the view, so that races with different seeds have no seed in common.
 const SPREAD: u32 = 0x9E37_79B9;
@@ -58,6 +64,42 @@ impl Track<'_> {
             view,
             &candidate.settings()?,
         )
+    }
+
+    /// Measures the samples that pixels share, with a renderer that stores their origins. `None` if there is none.
+    fn shared(
+        &self,
+        view: &View,
+        candidate: &Candidate,
+        time: &mut Time,
+    ) -> Result<Option<Vec<Shared>>> {
+        let settings = candidate.settings()?;
+        let mut kinds = vec![Lighting::Direct, Lighting::Indirect];
+        kinds.retain(|lighting| settings.has_reservoirs(*lighting, view.bounces));
+        if kinds.is_empty() {
+            return Ok(Some(Vec::new()));
+        }
+        let settings = ResolvedSettings::new(&settings, self.scene, view.bounces);
+        let tracking = Tracking {
+            origins: true,
+            ..Tracking::default()
+        };
+        let compiling = Instant::now();
+        // Reservoirs with origins are larger, and may exceed a limit of the device.
+        let Ok(mut renderer) =
+            Renderer::tracking(self.device, self.scene.clone(), view, &settings, tracking)
+        else {
+            return Ok(None);
+        };
+        time.compilation += compiling.elapsed();
+        time.compilation += chain::warm_up(&mut renderer, self.course)?;
+        let compiling = Instant::now();
+        for lighting in &kinds {
+            renderer.reservoir_aovs(*lighting)?;
+        }
+        time.compilation += compiling.elapsed();
+        let seed = view.seed.wrapping_mul(SPREAD).wrapping_add(EXHIBITS_SEED);
+        exhibit::shared(&mut renderer, self.course, seed, &kinds, view.width).map(Some)
     }
 }
 
@@ -101,6 +143,8 @@ struct Contestant {
     chains: Vec<Chain>,
     /// The pictures of its chains in the race: those of even turns, and the others.
     pictures: [Added; 2],
+    /// Records its chains, if exhibits are wanted.
+    recorder: Option<Recorder>,
     /// The time of its last chain, in seconds.
     took: f64,
 }
@@ -108,7 +152,9 @@ struct Contestant {
 impl Contestant {
     fn run(&mut self, course: &Course, seed: u32, truth: &Truth) -> Result<()> {
         let start = Instant::now();
-        let (chain, picture) = chain::render(&mut self.renderer, course, seed, truth)?;
+        let recorder = self.recorder.as_mut().filter(|r| r.wants_more());
+        let observer = recorder.map(|r| r as &mut dyn Observer);
+        let (chain, picture) = chain::render(&mut self.renderer, course, seed, truth, observer)?;
         if let Some(picture) = picture {
             self.pictures[self.chains.len() % 2].add(&picture);
         }
@@ -131,8 +177,8 @@ impl Contestant {
     }
 }
 
-/// Measures the candidates within the time `time`; the first candidate is path tracing. `watch` is called with the
-/// fraction of the time that has passed; an error from it ends the race.
+/// Measures the candidates within the time `time`; the first candidate is path tracing. Fills `gallery`, if there is one, with
+/// their exhibits. `watch` is called with the fraction of the time that has passed; an error from it ends the race.
 ///
 /// # Errors
 /// There are no candidates, the device fails, the scene cannot be rendered at the time of a frame, or `watch` returns an
@@ -141,6 +187,7 @@ pub fn run(
     track: &Track<'_>,
     candidates: &[Candidate],
     mut time: Time,
+    gallery: Option<&mut Gallery>,
     watch: &mut Watch<'_>,
 ) -> Result<Front> {
     let course = track.course;
@@ -161,6 +208,8 @@ pub fn run(
             renderer: track.renderer(&view, candidate)?,
             chains: Vec::new(),
             pictures: Default::default(),
+            recorder: (gallery.as_ref())
+                .map(|_| Recorder::new(course.purpose, (view.width, view.height))),
             took: 0.0,
         });
     }
@@ -214,14 +263,29 @@ pub fn run(
     remaining.extend(much_better(&race, &remaining));
     for index in &remaining {
         contestants[*index].chains.clear();
+        if let Some(recorder) = &mut contestants[*index].recorder {
+            recorder.clear();
+        }
     }
     let mut chosen = Chosen {
         contestants: &mut contestants,
         chosen: &remaining,
     };
     let end = if is_small { 1.0 - TIMING_PART } else { 1.0 };
+    let final_end = if gallery.is_some() {
+        end - EXHIBITS_PART
+    } else {
+        end
+    };
     let seed = first_seed.wrapping_add(FINAL_SEED);
-    chosen.run(course, seed, LEAST_CHAINS, end, (&truth, &time), watch)?;
+    chosen.run(
+        course,
+        seed,
+        LEAST_CHAINS,
+        final_end,
+        (&truth, &time),
+        watch,
+    )?;
     let finalists = remaining.iter().map(|i| contestants[*i].point(&truth));
     let mut front = Front {
         purpose: course.purpose,
@@ -234,6 +298,27 @@ pub fn run(
         seconds: 0.0,
         compilation_seconds: 0.0,
     };
+    if let Some(gallery) = gallery {
+        gallery.reference = truth.reference();
+        let others = (0..contestants.len()).filter(|index| !remaining.contains(index));
+        let order: Vec<usize> = remaining.iter().copied().chain(others).collect();
+        for (rank, index) in order.into_iter().enumerate() {
+            let Contestant {
+                candidate,
+                recorder,
+                took,
+                ..
+            } = &contestants[index];
+            let Some(mut exhibit) = recorder.as_ref().and_then(Recorder::exhibit) else {
+                continue;
+            };
+            if rank < remaining.len() || !time.is_past(end, *took) {
+                exhibit.shared = track.shared(&view, candidate, &mut time)?;
+            }
+            gallery.exhibits.push((candidate.clone(), exhibit));
+            watch(time.fraction())?;
+        }
+    }
     drop(contestants);
     if is_small {
         scale_times(&mut front, track, &mut time)?;

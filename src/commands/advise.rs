@@ -1,12 +1,16 @@
 //! `advise`: measures which preset to use for a scene on this device, what a frame costs, and how far off it is.
 
+mod contents;
+
 use super::arguments::{ViewArgs, check_files};
 use super::interrupt::Interrupt;
+use super::measuring::{FRAMES_PER_SECOND, check_measurable, course};
 use super::progress::Progress;
 use super::repetition;
 use super::session::{OpenedScene, Purpose as SessionPurpose, Shown};
 use super::{NOTHING_WRITTEN, check_messages, print};
-use crate::advice::chain::{Course, Purpose};
+use crate::advice::chain::Purpose;
+use crate::advice::exhibit::Gallery;
 use crate::advice::front::Verdict;
 use crate::advice::race::{self, Time, Track};
 use crate::advice::{candidates, sentence};
@@ -36,7 +40,8 @@ pub struct Args {
         allow_negative_numbers = true
     )]
     time: f64,
-    /// Write settings.toml, for --config, and advice.json to this folder, which is created if it is missing
+    /// Write settings.toml, for --config, advice.json, and index.html, a page with plots and pictures of all candidates, to
+    /// this folder, which is created if it is missing
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Print the advice and all measurements as one JSON object
@@ -68,13 +73,6 @@ impl PurposeArg {
 /// The shortest time that `--time` accepts, in seconds. In less time, the candidates could not be compared.
 const LEAST_TIME: f64 = 1.0;
 
-/// The number of frames per second of a moving scene.
-pub const FRAMES_PER_SECOND: f64 = 24.0;
-
-/// The distance by which a camera moves in each frame, as a fraction of the diagonal of the scene, if the scene does not move
-/// it.
-const STEP: f64 = 0.001;
-
 /// Measures the candidates, and prints the advice.
 ///
 /// # Errors
@@ -95,7 +93,7 @@ pub fn run(args: &Args) -> Result<()> {
     let files = args
         .output
         .as_ref()
-        .map(|folder| ["settings.toml", "advice.json"].map(|name| folder.join(name)));
+        .map(|folder| ["settings.toml", "advice.json", "index.html"].map(|name| folder.join(name)));
     let time = Time::of(args.time);
     let purpose = args.purpose.purpose();
     let is_motion = purpose == Purpose::Motion;
@@ -109,21 +107,10 @@ pub fn run(args: &Args) -> Result<()> {
         frames: 0..if is_motion { frames } else { 1 },
     };
     let scene = OpenedScene::open(&args.view, &shown, SessionPurpose::Pictures, &interrupt)?;
-    if scene.black.is_some() {
-        return Err(Error::input(format!(
-            "{}: without light, nothing can be measured",
-            args.view.scene
-        )));
-    }
+    check_measurable(&scene, &args.view.scene)?;
     if let (Some(folder), Some(files)) = (&args.output, &files) {
         std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
         check_files(files.iter().map(|file| ("--output", file.as_path())), [])?;
-    }
-    if scene.device.info.timestamp_period == 0.0 {
-        return Err(Error::failed(format!(
-            "device '{}' measures no times; --device chooses another",
-            scene.device.info.name
-        )));
     }
     let course = course(purpose, &scene, clock.time(frames - 1))?;
     let candidates = candidates::all(purpose)?;
@@ -135,19 +122,23 @@ pub fn run(args: &Args) -> Result<()> {
         course: &course,
         keeps_all: false,
     };
-    let front = race::run(&track, &candidates, time, &mut |fraction| {
-        progress.at(fraction);
-        interrupt.check(NOTHING_WRITTEN)
-    })?;
+    let mut gallery = args.output.as_ref().map(|_| Gallery::default());
+    let front = race::run(
+        &track,
+        &candidates,
+        time,
+        gallery.as_mut(),
+        &mut |fraction| {
+            progress.at(fraction);
+            interrupt.check(NOTHING_WRITTEN)
+        },
+    )?;
     progress.finish();
     let is_decided = !matches!(front.verdict, Verdict::Undecided(_));
     let best = front.finalists.first().filter(|_| is_decided);
     let best = best.map(|point| &point.candidate);
     let fps = scene.clock.and_then(|clock| clock.fps);
-    let command = best.map(|best| {
-        let command = repetition::of_view(&args.view, &best.options(), fps);
-        format!("{command} --frames {frames} -o picture.exr")
-    });
+    let command = best.map(|best| command(args, &best.options(), fps, frames));
     let advice = sentence::advice(&front);
     let report = json!({
         "version": 1,
@@ -159,12 +150,14 @@ pub fn run(args: &Args) -> Result<()> {
         "scene": scene.scene_hash,
         "front": value_of("the measurements", &front)?,
     });
-    if let Some([settings_file, report_file]) = &files {
+    if let (Some([settings_file, report_file, page_file]), Some(gallery)) = (&files, gallery) {
+        let page = contents::page(args, &scene, &front, gallery, fps)?.html()?;
         if let Some(best) = best {
             let settings = changes(&best.settings()?)?;
             write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
         }
         write_atomically(report_file, |file| writeln!(file, "{report:#}"))?;
+        write_atomically(page_file, |file| file.write_all(page.as_bytes()))?;
     }
     if args.json {
         print(format_args!("{report:#}"))?;
@@ -179,33 +172,6 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&scene.instance.validation_messages())
 }
 
-/// The motion of the camera and of the scene. `last` is the time of the last frame, in seconds.
-///
-/// # Errors
-/// The camera of the scene has no direction at the first or the last frame.
-pub fn course(purpose: Purpose, scene: &OpenedScene, last: f64) -> Result<Course> {
-    let mut course = Course {
-        purpose,
-        clock: None,
-        camera: None,
-        view: (scene.view.camera.clone(), 0.0),
-    };
-    if course.purpose != Purpose::Motion {
-        return Ok(course);
-    }
-    course.clock = scene.clock;
-    if let (Some(camera), Some(clock)) = (&scene.camera, scene.clock) {
-        let [first, last] = [clock.time(0), last].map(|time| camera.at(time));
-        if first?.camera_to_world != last?.camera_to_world {
-            course.camera = scene.camera.clone();
-            return Ok(course);
-        }
-    }
-    let diagonal = scene.diagonal;
-    course.view.1 = STEP * diagonal;
-    Ok(course)
-}
-
 /// The settings that differ from those of the default preset, as TOML for `--config`.
 fn changes(settings: &Settings) -> Result<String> {
     let default = Preset::named(presets::DEFAULT)?.settings()?;
@@ -216,4 +182,10 @@ fn changes(settings: &Settings) -> Result<String> {
     Ok(changed.fold(String::new(), |text, (key, value)| {
         text + &format!("{key} = {value}\n")
     }))
+}
+
+/// The command that renders frames for which the advice holds, with the options `settings`.
+fn command(args: &Args, settings: &str, fps: Option<f64>, frames: u32) -> String {
+    let command = repetition::of_view(&args.view, settings, fps);
+    format!("{command} --frames {frames} -o picture.exr")
 }

@@ -9,6 +9,7 @@ pub mod compare;
 pub mod ignored;
 pub mod info;
 pub mod interrupt;
+mod measuring;
 mod needs;
 pub mod presets;
 pub mod profile;

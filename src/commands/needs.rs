@@ -1,9 +1,9 @@
 //! `render --budget-ms` and `render --target-relmse`: the choice of settings, frames and accumulation from measurements of
 //! the scene on the device, before the first frame is rendered.
 
-use super::advise::course;
 use super::arguments::SceneArgs;
 use super::interrupt::Interrupt;
+use super::measuring::{check_measurable, course};
 use super::progress::Progress;
 use super::session::{OpenedScene, Purpose as SessionPurpose, Shown, camera_text};
 use super::{NOTHING_WRITTEN, notice, repetition, say};
@@ -13,13 +13,10 @@ use crate::advice::need::{self, Choice, Need};
 use crate::advice::race::{self, Time, Track};
 use crate::advice::{Candidate, Front, candidates};
 use crate::render::presets::{self, Preset};
-use crate::render::settings::{EnvironmentSettings, Integrator, flatten};
+use crate::render::settings::{Integrator, flatten};
 use crate::render::{Clock, Settings};
 use crate::{Error, Result};
 use serde_json::{Map, Value, json};
-
-/// The time for the measurement of a scene that is not in the store, in seconds, without the compilation of shaders.
-const SECONDS: f64 = 30.0;
 
 /// Options of `render` that choose settings by need.
 #[derive(clap::Args)]
@@ -43,6 +40,14 @@ pub struct NeedArgs {
         allow_negative_numbers = true
     )]
     target_relmse: Option<f64>,
+    /// The time to measure a scene for --budget-ms or --target-relmse, in seconds, without the compilation of shaders
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 30.0,
+        allow_negative_numbers = true
+    )]
+    pub measure_time: f64,
 }
 
 impl NeedArgs {
@@ -56,12 +61,14 @@ impl NeedArgs {
             (_, Some(relmse)) => ("--target-relmse", relmse, Need::RelMse(relmse)),
             _ => return Ok(None),
         };
-        if number > 0.0 && number.is_finite() {
-            return Ok(Some(need));
+        for (option, number) in [(option, number), ("--measure-time", self.measure_time)] {
+            if !(number > 0.0 && number.is_finite()) {
+                return Err(Error::input(format!(
+                    "{option} {number}: it is a number above 0"
+                )));
+            }
         }
-        Err(Error::input(format!(
-            "{option} {number}: it is a number above 0"
-        )))
+        Ok(Some(need))
     }
 }
 
@@ -79,6 +86,8 @@ pub struct Bounds<'a> {
     pub accumulates: bool,
     /// The clock of the run.
     pub clock: Clock,
+    /// The value of `--measure-time`, in seconds.
+    pub measure_time: f64,
 }
 
 /// Opens the scene, measures it unless that was done before, and chooses. Prints the choice, and the command that repeats
@@ -91,32 +100,18 @@ pub fn choose(
     bounds: &Bounds<'_>,
     interrupt: &Interrupt,
 ) -> Result<(OpenedScene, Choice)> {
-    let time = Time::of(SECONDS);
+    let time = Time::of(bounds.measure_time);
     let view = &bounds.scene.view;
     let clock = bounds.clock;
     let shown = Shown {
         scatters: true,
-        environment: EnvironmentSettings {
-            ..bounds.settings.environment
-        },
+        environment: bounds.settings.environment,
         clock,
         clock_is_given: true,
         frames: 0..bounds.frames.unwrap_or(1),
     };
     let scene = OpenedScene::open(view, &shown, SessionPurpose::Pictures, interrupt)?;
-    if scene.black.is_some() {
-        return Err(Error::input(format!(
-            "{}: without light, nothing can be measured; leave out {}",
-            view.scene,
-            option(need)
-        )));
-    }
-    if scene.device.info.timestamp_period == 0.0 {
-        return Err(Error::failed(format!(
-            "device '{}' measures no times; --device chooses another",
-            scene.device.info.name
-        )));
-    }
+    check_measurable(&scene, &view.scene)?;
     let moves = scene.clock.is_some_and(|clock| clock.fps.is_some());
     let purpose = match need {
         _ if moves => Purpose::Motion,
@@ -145,8 +140,9 @@ pub fn choose(
         Some(front) => front,
         None => {
             say(format_args!(
-                "measuring the scene for {}, in about {SECONDS} s and the time to compile shaders; later runs know the result",
-                option(need)
+                "measuring the scene for {}, in about {} s and the time to compile shaders; later runs know the result",
+                option(need),
+                bounds.measure_time
             ));
             measure(&track, &candidates, time, interrupt)?
         }
@@ -187,7 +183,7 @@ fn measure(
     interrupt: &Interrupt,
 ) -> Result<Front> {
     let progress = Progress::of_whole("the measurement");
-    let front = race::run(track, candidates, time, &mut |fraction| {
+    let front = race::run(track, candidates, time, None, &mut |fraction| {
         progress.at(fraction);
         interrupt.check(NOTHING_WRITTEN)
     })?;

@@ -80,6 +80,7 @@ pub fn run(args: &Args) -> Result<()> {
                 frames: args.frames,
                 accumulates,
                 clock,
+                measure_time: args.needs.measure_time,
             };
             let (scene, choice) = needs::choose(need, &bounds, &interrupt)?;
             (frames, accumulates) = (choice.frames, choice.accumulates);
@@ -117,7 +118,7 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(range) = args.capture {
         let wanted = capture::CapturePlan {
             range,
-            frames: frames,
+            frames,
             accumulate: accumulates,
             exposure: args.scene.exposure,
             folder: args.presented.as_deref(),

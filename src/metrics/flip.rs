@@ -12,6 +12,8 @@ pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 pub struct Flip {
     /// The mean FLIP error over the pixels, in [0, 1]; 0 means equal pictures.
     pub mean: f64,
+    /// The FLIP error of each pixel, in [0, 1], row by row from the top.
+    pub errors: Vec<f32>,
     /// The FLIP error of each pixel as a colour of the map magma (black is 0, pale yellow is 1), for a picture of the
     /// errors. It has three sRGB bytes per pixel, row by row from the top.
     pub map: Vec<u8>,
@@ -42,6 +44,7 @@ pub fn flip(picture: &[[f32; 3]], reference: &[[f32; 3]], size: (u32, u32), expo
     Flip {
         mean: sum / values.len().max(1) as f64,
         map: errors.apply_color_lut(&nv_flip::magma_lut()).to_vec(),
+        errors: values,
     }
 }
 

@@ -3,4 +3,6 @@
 
 pub mod error;
 pub mod flip;
+pub mod sharing;
+pub mod spectrum;
 pub mod statistics;

@@ -51,6 +51,13 @@ fn advice_is_complete_and_its_command_works() {
     let file: Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("advice.json")).unwrap()).unwrap();
     assert_eq!(file, advice);
+    let page = std::fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(page.len() < 15_000_000, "{}", page.len());
+    let points = page.split("\"letter\":").skip(1);
+    assert_eq!(points.clone().count(), race.len());
+    let recorded = points.filter(|point| point.contains("\"spectrum\":["));
+    assert_eq!(recorded.count(), race.len(), "each has pictures");
+
     let command = advice["command"].as_str().unwrap();
     let words: Vec<&str> = command.split_whitespace().skip(1).collect();
     let mut render = headwater(&words);

@@ -7,6 +7,7 @@ mod inputs;
 mod limits;
 mod messages;
 mod moments;
+mod needs;
 mod outputs;
 mod reference;
 mod report;

@@ -1,0 +1,306 @@
+//! Exhibits: pictures and further numbers of the candidates, for a page. Most of them are recorded from chains that the race
+//! renders anyway. Only samples that pixels share need chains of their own.
+
+use super::candidates::Candidate;
+use super::chain::{Course, Observer, Purpose};
+use super::truth::Truth;
+use crate::Result;
+use crate::gpu::PassTime;
+use crate::metrics::sharing::shared_samples;
+use crate::metrics::spectrum::Spectrum;
+use crate::metrics::statistics::median;
+use crate::page::contents::{Exhibit, FrameMap, Picture, Shared};
+use crate::render::{Lighting, Renderer};
+use crate::shader_interface::ReservoirAov;
+
+/// The number of chains that are recorded per candidate. More would only cost time.
+const RECORDED_CHAINS: u32 = 8;
+/// The number of pixels, over all chains, from which a spectrum is computed at most. It is then exact to about 1 %.
+const SPECTRUM_PIXELS: usize = 1 << 20;
+
+/// The exhibits of a race.
+#[derive(Default)]
+pub struct Gallery {
+    /// The mean of the two references.
+    pub reference: Picture,
+    /// The candidates with their exhibits.
+    pub exhibits: Vec<(Candidate, Exhibit)>,
+}
+
+impl Gallery {
+    /// The exhibit of a candidate.
+    pub fn of(&self, candidate: &Candidate) -> Option<&Exhibit> {
+        let mut all = self.exhibits.iter();
+        all.find(|(own, _)| own == candidate)
+            .map(|(_, exhibit)| exhibit)
+    }
+}
+
+/// Records the frames of the chains of one candidate.
+pub struct Recorder {
+    purpose: Purpose,
+    /// The width and the height of the frames, in pixels.
+    size: (usize, usize),
+    /// The number of chains that are complete.
+    chains: u32,
+    /// The last frame.
+    last: Picture,
+    /// The relMSE of each frame of each chain, with the index of the frame.
+    errors: Vec<(u32, f64)>,
+    /// The times of passes of one frame, for each frame: those of passes with the same name are summed up.
+    passes: Vec<Vec<(String, f64)>>,
+    /// The squared relative change of each pixel from one frame to the next, summed up over `pairs` pairs of frames.
+    changes: Vec<f32>,
+    pairs: u32,
+    spectrum: Spectrum,
+}
+
+impl Recorder {
+    /// A recorder of frames with `size` (width, height) pixels.
+    pub fn new(purpose: Purpose, size: (u32, u32)) -> Self {
+        Self {
+            purpose,
+            size: (size.0 as usize, size.1 as usize),
+            chains: 0,
+            last: Picture::new(),
+            errors: Vec::new(),
+            passes: Vec::new(),
+            changes: Vec::new(),
+            pairs: 0,
+            spectrum: Spectrum::default(),
+        }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        *self = Self::new(self.purpose, (self.size.0 as u32, self.size.1 as u32));
+    }
+
+    /// True if further frames are needed.
+    pub fn wants_more(&self) -> bool {
+        self.chains < RECORDED_CHAINS
+    }
+
+    /// The exhibit of the recorded frames; `None` if there are none.
+    pub fn exhibit(&self) -> Option<Exhibit> {
+        (self.chains > 0).then(|| Exhibit {
+            picture: self.last.clone(),
+            errors: self.errors(),
+            runs: self.chains,
+            passes: self.passes(),
+            flicker: self.flicker(),
+            spectrum: self.spectrum.bands(),
+            low_frequencies: self.spectrum.low(),
+            shared: None,
+        })
+    }
+
+    /// The error of each frame. One of path tracing stands for all, because frames do not depend on each other.
+    fn errors(&self) -> Vec<f64> {
+        let mean = |frame: u32| {
+            let own = self.errors.iter().filter(|(index, _)| *index == frame);
+            let (sum, count) = own.fold((0.0, 0.0), |(s, n), (_, relmse)| (s + relmse, n + 1.0));
+            (count > 0.0).then(|| f64::max(sum / count, 0.0).sqrt())
+        };
+        let frames = self.purpose.frames();
+        let Some(last) = mean(frames - 1) else {
+            return Vec::new();
+        };
+        (0..frames)
+            .map(|frame| mean(frame).unwrap_or(last))
+            .collect()
+    }
+
+    fn passes(&self) -> Vec<(String, f64)> {
+        let frame = self.passes.iter().max_by_key(|frame| frame.len());
+        let of = |name: &str| {
+            let all = self.passes.iter().flatten();
+            median(
+                all.filter(|(own, _)| own == name)
+                    .map(|(_, milliseconds)| *milliseconds),
+            )
+        };
+        let names = frame.into_iter().flatten();
+        names.map(|(name, _)| (name.clone(), of(name))).collect()
+    }
+
+    fn flicker(&self) -> Option<FrameMap> {
+        let pairs = f64::from(self.pairs);
+        let sum: f64 = self.changes.iter().copied().map(f64::from).sum();
+        (self.pairs > 0).then(|| FrameMap {
+            value: (sum / (self.changes.len() as f64 * pairs)).sqrt(),
+            pixels: (self.changes.iter())
+                .map(|change| (f64::from(*change) / pairs).sqrt() as f32)
+                .collect(),
+        })
+    }
+}
+
+impl Observer for Recorder {
+    fn frame(&mut self, index: u32, passes: &[PassTime], picture: &[[f32; 3]], truth: &Truth) {
+        let is_last = index + 1 == self.purpose.frames();
+        if index > 0 || is_last {
+            self.passes.push(sums(passes));
+        }
+        // A camera at rest shows the reference in all frames, a moving one only in the last frame.
+        let is_steady = self.purpose == Purpose::Steady;
+        if is_steady {
+            let relmse = truth.observe(picture).relmse;
+            self.errors.push((index, relmse));
+        }
+        // A frame of path tracing is independent of all others, so that of another chain can come before it.
+        if is_steady && self.purpose.is_measured(index) && !self.last.is_empty() {
+            let changes = truth.relative_squares(picture, &self.last);
+            self.changes.resize(picture.len(), 0.0);
+            for (sum, change) in self.changes.iter_mut().zip(changes) {
+                *sum += change;
+            }
+            self.pairs += 1;
+        }
+        if is_last {
+            if self.chains as usize * picture.len() < SPECTRUM_PIXELS {
+                let [first, second] = truth.relative_differences(picture);
+                self.spectrum.add([&first, &second], self.size);
+            }
+            self.chains += 1;
+        }
+        self.last = picture.to_vec();
+    }
+}
+
+/// The times of a frame by name, in the order in which the names come first.
+fn sums(passes: &[PassTime]) -> Vec<(String, f64)> {
+    let mut sums: Vec<(String, f64)> = Vec::new();
+    for pass in passes {
+        match sums.iter_mut().find(|(name, _)| *name == pass.name) {
+            Some((_, sum)) => *sum += pass.milliseconds,
+            None => sums.push((pass.name.clone(), pass.milliseconds)),
+        }
+    }
+    sums
+}
+
+/// Renders the frames of a chain, and compares the samples in the reservoirs of the last frame. `renderer` stores their
+/// origins.
+///
+/// # Errors
+/// The device fails, or the scene cannot be rendered at the time of a frame.
+pub fn shared(
+    renderer: &mut Renderer,
+    course: &Course,
+    seed: u32,
+    kinds: &[Lighting],
+    width: u32,
+) -> Result<Vec<Shared>> {
+    renderer.restart(seed)?;
+    for frame in 0..course.purpose.frames() {
+        course.set(renderer, frame)?;
+        renderer.single_frame(frame)?;
+    }
+    let of = |lighting: &Lighting| {
+        let reservoirs = renderer.reservoir_aovs(*lighting)?;
+        // A pixel and the frame in which it drew a sample identify the sample.
+        let origin = |r: &ReservoirAov| {
+            (r.weight > 0.0 && r.source.x >= 0.0).then_some((
+                r.source.x as u32,
+                r.source.y as u32,
+                r.age,
+            ))
+        };
+        let origins: Vec<_> = reservoirs.iter().map(origin).collect();
+        let fractions = shared_samples(&origins, width as usize);
+        let known = fractions.iter().flatten();
+        let (sum, count) = known.fold((0.0, 0.0), |(s, n), f| (s + f64::from(*f), n + 1.0));
+        Ok(Shared {
+            lighting: lighting.name().to_owned(),
+            fraction: FrameMap {
+                value: sum / f64::max(count, 1.0),
+                pixels: fractions.iter().map(|f| f.unwrap_or(0.0)).collect(),
+            },
+        })
+    };
+    kinds.iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::random::Random;
+
+    const SIZE: (u32, u32) = (24, 16);
+
+    /// A grey picture, with independent errors of ± 20 % if there is a generator of random numbers.
+    fn picture(random: Option<&mut Random>) -> Picture {
+        let mut picture = vec![[1.0; 3]; (SIZE.0 * SIZE.1) as usize];
+        if let Some(random) = random {
+            for pixel in &mut picture {
+                *pixel = [if random.unit() < 0.5 { 0.8 } else { 1.2 }; 3];
+            }
+        }
+        picture
+    }
+
+    fn pass(name: &str, milliseconds: f64) -> PassTime {
+        PassTime {
+            name: name.to_owned(),
+            milliseconds,
+            start: 0.0,
+            first_run: false,
+        }
+    }
+
+    /// The exhibit of frames with independent errors, whose indices are `frames`, from four chains.
+    fn exhibit(purpose: Purpose, frames: std::ops::Range<u32>) -> Exhibit {
+        let truth = Truth::new([picture(None), picture(None)], &[vec![], vec![]], 64);
+        let mut recorder = Recorder::new(purpose, SIZE);
+        let mut random = Random::new(3);
+        assert!(recorder.exhibit().is_none());
+        for _ in 0..4 {
+            for index in frames.clone() {
+                let passes = [
+                    pass("spatial", 2.0),
+                    pass("shade", 1.0),
+                    pass("spatial", 3.0),
+                ];
+                recorder.frame(index, &passes, &picture(Some(&mut random)), &truth);
+            }
+        }
+        recorder.exhibit().unwrap()
+    }
+
+    #[test]
+    fn independent_frames_flicker_by_the_root_of_two() {
+        // A chain of path tracing is its last frame alone.
+        for frames in [0..16, 15..16] {
+            let exhibit = exhibit(Purpose::Steady, frames);
+            assert_eq!((exhibit.runs, exhibit.errors.len()), (4, 16));
+            // The square of 0.2, divided by 1.01.
+            assert!(exhibit.errors.iter().all(|e| (e - 0.199).abs() < 1e-3));
+            let flicker = exhibit.flicker.unwrap();
+            assert!(
+                (flicker.value / 0.199 - 2_f64.sqrt()).abs() < 0.1,
+                "{}",
+                flicker.value
+            );
+            assert_eq!(flicker.pixels.len(), exhibit.picture.len());
+            assert_eq!(
+                exhibit.passes,
+                [("spatial".to_owned(), 5.0), ("shade".to_owned(), 1.0)]
+            );
+            assert!(
+                (exhibit.low_frequencies - 1.0).abs() < 0.5,
+                "{}",
+                exhibit.low_frequencies
+            );
+        }
+    }
+
+    #[test]
+    fn frames_without_a_reference_have_neither_errors_nor_flicker() {
+        for purpose in [Purpose::Still, Purpose::Motion] {
+            let exhibit = exhibit(purpose, 0..purpose.frames());
+            assert!(exhibit.errors.is_empty() && exhibit.flicker.is_none());
+            assert_eq!(exhibit.passes.len(), 2);
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Preparations of a race, which `advise` and the choice of settings by need share.
+
+use super::session::OpenedScene;
+use crate::advice::chain::{Course, Purpose};
+use crate::{Error, Result};
+
+/// The number of frames per second at which the scene moves, unless the user says otherwise.
+pub const FRAMES_PER_SECOND: f64 = 24.0;
+
+/// The distance by which a camera moves in each frame, as a fraction of the diagonal of the scene, if the scene does not move
+/// it.
+const STEP: f64 = 0.001;
+
+/// Checks that errors and times of the scene `name` can be measured.
+///
+/// # Errors
+/// The scene has no light, or the device has no time stamps.
+pub fn check_measurable(scene: &OpenedScene, name: &str) -> Result<()> {
+    if scene.black.is_some() {
+        return Err(Error::input(format!(
+            "{name}: without light, nothing can be measured"
+        )));
+    }
+    if scene.device.info.timestamp_period == 0.0 {
+        return Err(Error::failed(format!(
+            "device '{}' measures no times; --device chooses another",
+            scene.device.info.name
+        )));
+    }
+    Ok(())
+}
+
+/// The motion of the camera and of the scene. `last` is the time of the last frame, in seconds.
+///
+/// # Errors
+/// The camera of the scene has no direction at the first or the last frame.
+pub fn course(purpose: Purpose, scene: &OpenedScene, last: f64) -> Result<Course> {
+    let mut course = Course {
+        purpose,
+        clock: None,
+        camera: None,
+        view: (scene.view.camera.clone(), 0.0),
+    };
+    if course.purpose != Purpose::Motion {
+        return Ok(course);
+    }
+    course.clock = scene.clock;
+    if let (Some(camera), Some(clock)) = (&scene.camera, scene.clock) {
+        let [first, last] = [clock.time(0), last].map(|time| camera.at(time));
+        if first?.camera_to_world != last?.camera_to_world {
+            course.camera = scene.camera.clone();
+            return Ok(course);
+        }
+    }
+    let diagonal = scene.diagonal;
+    course.view.1 = STEP * diagonal;
+    Ok(course)
+}
