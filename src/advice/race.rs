@@ -23,8 +23,11 @@ const ENDS: [f64; 3] = [0.15, 0.35, 0.5];
 const TIMING_PART: f64 = 0.15;
 /// The part of the time that is spent on exhibits, where they are wanted. It is taken from the final.
 const EXHIBITS_PART: f64 = 0.1;
-/// The least number of chains of each candidate in the first round and in the final, from which intervals are computed.
+/// The least number of chains of each candidate in the first round.
 const LEAST_CHAINS: u32 = 2;
+/// The least number of chains of each finalist. With two, an interval is wider than the number, or by chance far too narrow:
+/// the errors of single chains are skewed where bright pixels are rare.
+const LEAST_FINAL_CHAINS: u32 = 4;
 /// The number of candidates beside path tracing that come into the final because of their error at equal time.
 const FINALISTS: usize = 2;
 /// A candidate comes into the final too if its error is below this fraction of that of the best one, whatever it costs.
@@ -281,7 +284,7 @@ pub fn run(
     chosen.run(
         course,
         seed,
-        LEAST_CHAINS,
+        LEAST_FINAL_CHAINS,
         final_end,
         (&truth, &time),
         watch,
