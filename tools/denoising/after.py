@@ -22,7 +22,7 @@ SAMPLES = [1, 2, 3, 4, 6, 8]
 # The frame of a preset that is denoised: its history is long enough to be that of a running application.
 LAST_FRAME = 8
 PRESETS = ["fast", "balanced", "accurate"]
-# The time of a frame is the difference of two runs, so loading and compilation drop out: frames of the short run, and of the long.
+# Frames of the two runs whose difference is the time of a frame: loading and compilation drop out.
 SHORT, LONG = 1, 17
 # Random numbers of the references; those of the pictures count from 0.
 REFERENCE_SEEDS = [1001, 1002]
@@ -73,12 +73,13 @@ class Scene:
         self.name = "/".join(pathlib.Path(self.words[0]).parts[-2:])
         self.folder = options.output / self.name.replace("/", "-")
         self.folder.mkdir(parents=True, exist_ok=True)
-        self.size = ["--width", options.width, "--height", options.height, "--bounces", options.bounces]
+        self.size = ["--width", options.width, "--height", options.height]
+        self.bounces = ["--bounces", options.bounces]
         self.state = {"errors": {}, "times": {}, "denoising": []}
         if (self.folder / "state.json").exists():
             self.state = json.loads((self.folder / "state.json").read_text())
         # Pictures of other options must not be mixed with these.
-        plan = {"scene": self.words, "size": self.size, "spp": options.spp, **options.configurations}
+        plan = {"scene": self.words, "size": [*self.size, *self.bounces], "spp": options.spp, **options.configurations}
         old = self.state.setdefault("plan", plan)
         changed = [name for name in plan if old.get(name, plan[name]) != plan[name]]
         if changed:
@@ -100,11 +101,12 @@ class Scene:
         for seed in REFERENCE_SEEDS:
             path = self.folder / f"reference-{seed}.exr"
             if not path.exists():
-                run("reference", *self.words, *self.size, "--spp", self.options.spp, "--seed", seed, "-o", path)
+                run("reference", *self.words, *self.size, *self.bounces, "--spp", self.options.spp, "--seed", seed, "-o", path)
         return [Picture(self.folder / f"reference-{seed}.exr").layer(COLOR) for seed in REFERENCE_SEEDS]
 
     def measure(self):
         halves = self.halves()
+        emission = self.render("emission.exr", "--preset", "path-tracing", "--bounces", 0).layer(COLOR)
         mean, difference = (halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2
         self.state["floor"] = float((difference**2 / (mean**2 + 0.01)).mean())
         done = self.state["errors"]
@@ -113,14 +115,19 @@ class Scene:
                 key = f"{name}-{seed}"
                 if key in done:
                     continue
-                picture = self.render(f"{key}.exr", *words, "--seed", seed, "--aov", "albedo,normal")
+                picture = self.render(f"{key}.exr", *self.bounces, *words, "--seed", seed, "--aov", "albedo,normal")
                 guides = picture.guides()
-                result = picture.denoised(guides)
-                done[key] = {"before": errors(picture.layer(COLOR), halves), "after": errors(result, halves)}
+                pictures = {
+                    "before": picture.layer(COLOR),
+                    "after": picture.denoised(guides, emission),
+                    "whole": picture.denoised(guides),
+                }
+                done[key] = {when: errors(values, halves) for when, values in pictures.items()}
                 if seed == 0:
                     self.denoise_for_time(picture, guides)
                 self.save()
-        while missing := [name for name in self.options.presets if len(self.state["times"].get(name, [])) < self.options.rounds]:
+        times = self.state["times"]
+        while missing := [name for name in self.options.presets if len(times.get(name, [])) < self.options.rounds]:
             self.time_round(missing)
             self.save()
 
@@ -140,7 +147,8 @@ class Scene:
 
     def frame_time(self, words, frames):
         temporary = self.folder / "timed.exr"
-        short, long = (run("render", *self.words, *self.size, *words, "--frames", n, "-o", temporary) for n in (SHORT, frames))
+        words = [*self.words, *self.size, *self.bounces, *words, "-o", temporary]
+        short, long = (run("render", *words, "--frames", n) for n in (SHORT, frames))
         temporary.unlink()
         return (long - short) / (frames - SHORT)
 
@@ -192,7 +200,7 @@ def relative(log, error):
 
 def preset_rows(scenes, names, measure):
     for name in names:
-        together = {"before": [], "after": []}
+        together = {"before": [], "after": [], "whole": []}
         for scene in scenes:
             row = [name, scene.name, f"{math.exp(scene.cost(name)[0]):.1f}"]
             row += [absolute(*scene.logs(name, when, measure)) for when in together]
@@ -201,7 +209,7 @@ def preset_rows(scenes, names, measure):
                 row.append(relative(*found[-1]))
             yield row
         if len(scenes) > 1:
-            row = [name, "geometric mean", "", "", ""]
+            row = [name, "geometric mean", "", "", "", ""]
             for found in together.values():
                 logs, errors_of_logs = zip(*found)
                 row.append(relative(statistics.mean(logs), math.hypot(*errors_of_logs) / len(found)))
@@ -233,7 +241,8 @@ def tables(scenes, options):
     columns = ["scene", "path-traced frame (ms)", "denoising (ms)", "noise of the reference", *columns]
     made = [table("Path tracing: relMSE, and the time of denoising", columns, path_rows(scenes))]
     for measure in MEASURES:
-        columns = ["preset", "scene", "time of a frame", "before", "after", "ratio before", "ratio after"]
+        columns = ["preset", "scene", "time of a frame", "before", "after", "whole"]
+        columns += ["ratio before", "ratio after", "ratio whole"]
         made.append(table(f"{measure[1]}, before and after denoising", columns, preset_rows(scenes, options.presets, measure)))
     return made
 

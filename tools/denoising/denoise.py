@@ -30,13 +30,15 @@ def outputs(inputs, output):
     return [output]
 
 
-def denoise(path, output):
+def denoise(path, output, emission):
     picture = Picture(path)
+    if emission is not None and emission.shape[:2] != picture.channels["R"].shape:
+        raise Wrong(f"{path} has another size than the picture of the emission")
     guides = picture.guides()
     missing = [name for name in GUIDES if name not in guides]
     if missing:
         say(f"{path} has no {' and no '.join(missing)}, so it is denoised without; render with --aov albedo,normal")
-    result = picture.denoised(guides)
+    result = picture.denoised(guides, 0.0 if emission is None else emission)
     for index, name in enumerate(COLOR):
         picture.channels[name] = result[..., index].astype(picture.channels[name].dtype)
     errors = [name for name in picture.channels if name.startswith("stderr.")]
@@ -60,9 +62,15 @@ def main():
         "-o", "--output", type=pathlib.Path, required=True, metavar="OUT.exr|FOLDER",
         help="the denoised picture, or an existing folder in which each picture keeps its name",
     )
+    parser.add_argument(
+        "--emission", type=pathlib.Path, metavar="FILE.exr",
+        help="a picture of the same view with --bounces 0: this light has no noise, and stays as it is. Without it, light of "
+        "lamps that the camera sees leaks over their edges",
+    )
     options = parser.parse_args()
+    emission = Picture(options.emission).layer(COLOR) if options.emission else None
     for path, output in zip(options.inputs, outputs(options.inputs, options.output)):
-        denoise(path, output)
+        denoise(path, output, emission)
 
 
 if __name__ == "__main__":

@@ -62,10 +62,9 @@ class Picture:
         found = {guide: names for guide, names in GUIDES.items() if all(name in self.channels for name in names)}
         return {guide: self.layer(names) for guide, names in found.items()}
 
-    def denoised(self, guides=None):
-        """The radiance without noise."""
-        guides = self.guides() if guides is None else guides
-        return pyoidn.denoise(self.layer(COLOR), hdr=True, **guides)
+    def denoised(self, guides, emission=0.0):
+        """The radiance without noise. Emission that the camera sees has none; what is given of it is left as it is."""
+        return pyoidn.denoise(self.layer(COLOR) - emission, hdr=True, **guides) + emission
 
     def write(self, path):
         """Writes the file. It gets its name when it is complete."""
