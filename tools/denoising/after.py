@@ -52,6 +52,16 @@ def run(*arguments):
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
+def split(text):
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise Wrong(f"{text}: {error}") from error
+    if not words:
+        raise Wrong("a scene or a configuration is empty")
+    return words
+
+
 def errors(picture, halves):
     """Squared errors without the noise of the reference, as `SquaredErrors` in src/metrics/error.rs."""
     a, b1, b2 = (x.astype(np.float64) for x in (picture, *halves))
@@ -68,7 +78,7 @@ class Scene:
 
     def __init__(self, text, options):
         self.options = options
-        self.words = shlex.split(text)
+        self.words = split(text)
         # Many files are called scene.gltf: the folder tells them apart.
         self.name = "/".join(pathlib.Path(self.words[0]).parts[-2:])
         self.folder = options.output / self.name.replace("/", "-")
@@ -150,6 +160,8 @@ class Scene:
         words = [*self.words, *self.size, *self.bounces, *words, "-o", temporary]
         short, long = (run("render", *words, "--frames", n) for n in (SHORT, frames))
         temporary.unlink()
+        if long <= short:
+            raise Wrong(f"{self.name}: a frame takes too little time to be measured; choose a larger picture")
         return (long - short) / (frames - SHORT)
 
     def logs(self, name, when, measure):
@@ -255,7 +267,7 @@ def configurations(more):
         name, equals, words = text.partition("=")
         if not equals or not name or "/" in name:
             raise Wrong(f"{text}: a configuration is NAME=OPTIONS, without a slash in its name")
-        made[name] = [*shlex.split(words), "--frames", str(LAST_FRAME + 1)]
+        made[name] = [*split(words), "--frames", str(LAST_FRAME + 1)]
     return made
 
 
