@@ -203,7 +203,8 @@ def path_tracing(samples):
 
 
 def absolute(log, error):
-    return f"{math.exp(log):.4f} ± {error * math.exp(log):.4f}"
+    decimals = max(0, 2 - math.floor(log / math.log(10)))
+    return f"{math.exp(log):.{decimals}f} ± {error * math.exp(log):.{decimals}f}"
 
 
 def relative(log, error):
