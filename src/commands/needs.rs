@@ -136,7 +136,9 @@ pub fn choose(
     };
     let candidates = bound_candidates(bounds, purpose)?;
     let place = Place::of(conditions(&scene, purpose, clock, &candidates)?);
-    let mut front = match place.load() {
+    let known = place.load();
+    let mut is_new = known.is_none();
+    let mut front = match known {
         Some(front) => front,
         None => {
             say(format_args!(
@@ -156,11 +158,14 @@ pub fn choose(
         let point = front.point_of(&choice.candidate);
         // The times of small frames say little about those of large ones.
         match point.filter(|point| !point.is_timed && matches!(need, Need::Milliseconds(_))) {
-            Some(point) => race::measure_time(point, &track).map(drop)?,
+            Some(point) => {
+                race::measure_time(point, &track)?;
+                is_new = true;
+            }
             None => break choice,
         }
     };
-    if let Err(error) = place.store(&front) {
+    if is_new && let Err(error) = place.store(&front) {
         notice(&format!("the measurements are not kept: {error}"));
     }
     announce(&choice, bounds, moves.then_some(clock.fps).flatten())?;

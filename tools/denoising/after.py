@@ -7,7 +7,6 @@ import os
 import pathlib
 import resource
 import shlex
-import signal
 import statistics
 import subprocess
 import sys
@@ -15,7 +14,9 @@ import time
 
 import numpy as np
 
-from pictures import COLOR, Picture, Wrong, beside
+import command
+from command import Wrong
+from pictures import COLOR, Picture, beside
 
 # Numbers of samples per pixel of path tracing, between which errors are interpolated.
 SAMPLES = [1, 2, 3, 4, 6, 8]
@@ -310,15 +311,4 @@ def main():
 
 
 if __name__ == "__main__":
-    # What is unfinished is removed on the way out.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    try:
-        main()
-    except Wrong as error:
-        say(error)
-        sys.exit(2)
-    except OSError as error:
-        say(f"{error.filename}: {error.strerror}" if error.filename else error)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    command.run(main, say)

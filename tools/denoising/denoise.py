@@ -2,12 +2,13 @@
 
 import argparse
 import pathlib
-import signal
 import sys
 
 import pyoidn.version
 
-from pictures import COLOR, GUIDES, Picture, Wrong
+import command
+from command import Wrong
+from pictures import COLOR, GUIDES, Picture
 
 
 def say(text):
@@ -74,18 +75,4 @@ def main():
 
 
 if __name__ == "__main__":
-    # What is unfinished is removed on the way out.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    try:
-        main()
-    except Wrong as error:
-        say(error)
-        sys.exit(2)
-    except OSError as error:
-        say(f"{error.filename}: {error.strerror}" if error.filename else error)
-        sys.exit(1)
-    except (RuntimeError, MemoryError) as error:
-        say(" ".join(str(error).split()) or "out of memory")
-        sys.exit(1)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    command.run(main, say)

@@ -10,16 +10,14 @@ import numpy as np
 import OpenEXR
 import pyoidn
 
+from command import Wrong
+
 # Names of the channels that the denoiser takes, with the names that it has for them.
 COLOR = ["R", "G", "B"]
 GUIDES = {
     "albedo": ["albedo.R", "albedo.G", "albedo.B"],
     "normal": ["normal.X", "normal.Y", "normal.Z"],
 }
-
-
-class Wrong(Exception):
-    """An input that cannot be used; the message says which and why."""
 
 
 class Picture:
