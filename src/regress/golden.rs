@@ -2,6 +2,7 @@
 //! list and one picture per case.
 
 use super::cases::Case;
+use super::verdict::Rendered;
 use crate::base::files::write_atomically;
 use crate::base::input_files;
 use crate::base::short_hash::short;
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// Version of the format of the file `golden.json`. A file with another version is refused, because its values could mean
 /// something else.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The name of the file that lists the golden frames in the folder of a driver. A folder without this file is not a set of
 /// golden frames.
 const LIST: &str = "golden.json";
@@ -59,6 +60,8 @@ pub struct Golden {
     pub arguments: String,
     /// The first 16 hexadecimal digits of the BLAKE3 hash of the picture's EXR file. They show whether the file is damaged.
     pub picture: String,
+    /// The levels of the case with several seeds, like [`Rendered::levels`]. They are compared with those of other drivers.
+    pub levels: Vec<f64>,
     /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran. They
     /// are compared only if every bit must be equal, that is, on the same driver or with `--exact`.
     pub steps: Vec<Step>,
@@ -143,17 +146,18 @@ impl Blessing {
         }
     }
 
-    /// Adds the result of a case that was just rendered: its picture, and the hashes of the buffers that its passes wrote.
-    /// The result replaces a golden frame of the same case that is in the set already.
-    pub fn add(&mut self, case: &Case, image: Image, steps: Vec<Step>) {
+    /// Adds the result of a case that was just rendered. It replaces a golden frame of the same case that is in the set
+    /// already.
+    pub fn add(&mut self, case: &Case, rendered: Rendered) {
         let golden = Golden {
             arguments: case.arguments.clone(),
             // Known once the picture is written.
             picture: String::new(),
-            steps,
+            levels: rendered.levels,
+            steps: rendered.steps,
         };
         self.goldens.cases.insert(case.name.clone(), golden);
-        self.pictures.insert(case.name.clone(), image);
+        self.pictures.insert(case.name.clone(), rendered.image);
     }
 
     /// Adds the golden frames of the driver's set on disk, if there is one, so that a run with `--only` does not lose the

@@ -10,4 +10,4 @@ mod verdict;
 pub use cases::{Case, cases};
 pub use golden::{Blessing, Golden, Goldens, Step};
 pub use junit::report;
-pub use verdict::{Rendered, Verdict, judge_exactly, judge_loosely};
+pub use verdict::{Rendered, SEEDS, Verdict, judge_exactly, judge_loosely, level};

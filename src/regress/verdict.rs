@@ -4,13 +4,18 @@
 use super::golden::{Golden, Step};
 use crate::Result;
 use crate::image::Image;
+use crate::metrics::statistics::Estimate;
 
-/// The result of rendering a case on the driver under test: its picture, and the hashes of its buffers. Both are compared
-/// with those of the golden frame, which is the stored result of a trusted driver.
+/// The result of rendering a case on the driver under test: its picture, the levels of its pictures with several seeds, and
+/// the hashes of its buffers. They are compared with those of the golden frame, which is the stored result of a trusted
+/// driver.
 pub struct Rendered {
     /// The picture of the case, from a run in which each frame is submitted as a whole, as in normal use. The hashes in
     /// `steps` come from a second run, in which the passes run one by one.
     pub image: Image,
+    /// The [`level`]s of the case with one seed or with [`SEEDS`] seeds, from runs like the one of `image`. The first is that
+    /// of `image`, and each further seed is larger by one.
+    pub levels: Vec<f64>,
     /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran. They
     /// show which pass first differs from the golden frame.
     pub steps: Vec<Step>,
@@ -38,13 +43,26 @@ const NEAR: f32 = 1e-3;
 /// The largest fraction of pixels in which the pictures of two drivers may disagree; with more, the case fails. Some pixels
 /// always disagree, because rounding can change a random decision, and a path then takes another direction.
 const MAX_APART: f64 = 0.05;
-/// The largest allowed difference between the means of two drivers' pictures (of R + G + B over all pixels), as a multiple
-/// of the standard error of this difference. The case fails if the difference is larger and also exceeds [`ROUNDING`]:
-/// neither noise nor rounding then explains it.
-const MAX_DEVIATIONS: f64 = 4.0;
-/// The largest difference between the means of two drivers' pictures (of R + G + B over all pixels) that is always accepted,
-/// because rounding alone can shift the mean this far. It is a fraction of the mean of the golden picture.
+/// The number of seeds with which a case is rendered to compare the levels of two drivers. The differences of the pixels of
+/// one picture cannot tell noise from a wrong level, because reuse spreads one changed decision over many pixels: they are
+/// not independent, but seeds are.
+pub const SEEDS: u32 = 16;
+/// The probability with which the confidence interval of the difference between the levels of two drivers contains its
+/// expected value. A case fails if its interval does not contain 0; with equal expected values, that is one case of 10,000.
+const CONFIDENCE: f64 = 0.9999;
+/// The largest difference between the levels of two drivers that is always accepted, because rounding alone can shift the
+/// level this far. It is a fraction of the golden level.
 const ROUNDING: f64 = 1e-4;
+
+/// The level of a picture: the mean of R + G + B over all pixels, in the unit of their radiance.
+///
+/// # Errors
+/// The picture lacks the channel `R`, `G` or `B`.
+pub fn level(picture: &Image) -> Result<f64> {
+    let pixels = picture.rgb()?;
+    let sum: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum();
+    Ok(sum / pixels.len() as f64)
+}
 
 /// The verdict on a case whose golden frame is from the same driver, or for which `regress --exact` was given: every bit of
 /// the picture, and of the buffers that passes may write, must be equal. `picture` is the golden picture. The text of a
@@ -80,13 +98,13 @@ pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> V
 }
 
 /// The verdict on a case whose golden frame is from another driver, so that rounding may change some values. The case fails
-/// if the pictures differ in size, if more than 5 % of the pixels disagree, or if the means of the pictures differ by more
-/// than noise and rounding explain. Two pixels disagree if their values of R, G or B differ by more than 0.1 % of the larger
-/// one. `picture` is the golden picture.
+/// if the pictures differ in size, if more than 5 % of the pixels disagree, or if the levels of the two drivers, of which
+/// each seed gives a pair, differ by more than noise and rounding explain. Two pixels disagree if their values of R, G or B
+/// differ by more than 0.1 % of the larger one. `picture` is the golden picture.
 ///
 /// # Errors
 /// One of the pictures lacks the channel `R`, `G` or `B`.
-pub fn judge_loosely(rendered: &Rendered, picture: &Image) -> Result<Verdict> {
+pub fn judge_loosely(rendered: &Rendered, golden: &Golden, picture: &Image) -> Result<Verdict> {
     let (now, before) = (rendered.image.rgb()?, picture.rgb()?);
     if (rendered.image.width, rendered.image.height) != (picture.width, picture.height) {
         return Ok(Verdict::Failed("the picture has another size".into()));
@@ -98,27 +116,27 @@ pub fn judge_loosely(rendered: &Rendered, picture: &Image) -> Result<Verdict> {
         .count();
     let pixels = now.len() as f64;
     let apart = 1.0 - agree as f64 / pixels;
-    let sum = |pixel: &[f32; 3]| pixel.iter().map(|v| f64::from(*v)).sum::<f64>();
-    let differences: Vec<f64> = now
-        .iter()
-        .zip(&before)
-        .map(|(a, b)| sum(a) - sum(b))
+    let pairs = rendered.levels.iter().zip(&golden.levels);
+    let shifts: Vec<f64> = pairs
+        .map(|(now, before)| (now - before) / before.max(f64::MIN_POSITIVE))
         .collect();
-    let mean = differences.iter().sum::<f64>() / pixels;
-    let variance =
-        differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (pixels - 1.0).max(1.0);
-    let deviation = (variance / pixels).sqrt();
-    let level = before.iter().map(sum).sum::<f64>() / pixels;
-    let relative = mean / level.max(f64::MIN_POSITIVE);
+    let shift = Estimate::of(&shifts);
+    // One seed says nothing about noise.
+    let noise = match shift.samples {
+        1 => 0.0,
+        _ => shift.t_interval_half_width(CONFIDENCE),
+    };
+    let interval = match shift.samples {
+        1 => String::new(),
+        seeds => format!(" ± {:.5} % in {seeds} seeds", 100.0 * noise),
+    };
     let found = format!(
-        "{:.2} % of the pixels differ, the mean by {:+.5} ± {:.5} %",
+        "{:.2} % of the pixels differ, the level by {:+.5} %{interval}",
         100.0 * apart,
-        100.0 * relative,
-        100.0 * deviation / level.max(f64::MIN_POSITIVE)
+        100.0 * shift.mean,
     );
-    let fails = apart > MAX_APART
-        || !relative.is_finite()
-        || (relative.abs() > ROUNDING && mean.abs() > MAX_DEVIATIONS * deviation);
+    let is_near = shift.mean.abs() <= noise.max(ROUNDING);
+    let fails = apart > MAX_APART || !shift.mean.is_finite() || !is_near;
     Ok(match fails {
         true => Verdict::Failed(found),
         false => Verdict::Passed(found),
@@ -148,14 +166,14 @@ mod tests {
     #[test]
     fn the_first_pass_that_differs_is_named() {
         let golden = Golden {
-            arguments: String::new(),
-            picture: String::new(),
             steps: vec![step("a", "1"), step("b", "2"), step("c", "3")],
+            ..golden(Vec::new())
         };
         let picture = image(|_| 1.0);
         let judge = |steps: &[Step], red: f32| {
             let rendered = Rendered {
                 image: image(|_| red),
+                levels: Vec::new(),
                 steps: steps.to_vec(),
             };
             judge_exactly(&rendered, &golden, &picture)
@@ -178,36 +196,64 @@ mod tests {
         );
     }
 
+    fn golden(levels: Vec<f64>) -> Golden {
+        Golden {
+            arguments: String::new(),
+            picture: String::new(),
+            levels,
+            steps: Vec::new(),
+        }
+    }
+
+    /// The verdict on a picture of which the pixel `i` has the red `value(i, seed)`. That of the golden picture is 1.
+    fn judge(value: &dyn Fn(usize, u32) -> f32) -> Verdict {
+        let of_seed = |seed| image(|i| value(i, seed));
+        let rendered = Rendered {
+            image: of_seed(0),
+            levels: (0..SEEDS).map(|s| level(&of_seed(s)).unwrap()).collect(),
+            steps: Vec::new(),
+        };
+        let before = image(|_| 1.0);
+        let golden = golden(vec![level(&before).unwrap(); SEEDS as usize]);
+        judge_loosely(&rendered, &golden, &before).unwrap()
+    }
+
+    fn passes(verdict: &Verdict) -> bool {
+        matches!(verdict, Verdict::Passed(_))
+    }
+
     #[test]
     fn other_drivers_may_round_but_not_shift() {
-        let golden = image(|_| 1.0);
-        let judge = |value: &dyn Fn(usize) -> f32| {
-            let rendered = Rendered {
-                image: image(value),
-                steps: Vec::new(),
-            };
-            judge_loosely(&rendered, &golden).unwrap()
+        assert!(passes(&judge(&|_, _| 1.0)));
+        let rounding = |i, _| if i % 2 == 0 { 1.00001 } else { 0.99999 };
+        assert!(passes(&judge(&rounding)));
+        let few_paths = |i, _| match i % 50 {
+            0 => (i % 100) as f32 / 25.0,
+            _ => 1.0,
         };
-        let passes = |verdict| matches!(verdict, Verdict::Passed(_));
-        assert!(passes(judge(&|_| 1.0)));
-        // Rounding, and few paths that go elsewhere.
-        assert!(passes(judge(&|i| if i % 2 == 0 {
-            1.00001
-        } else {
-            0.99999
-        })));
-        assert!(passes(judge(&|i| if i % 50 == 0 {
-            (i % 100) as f32 / 25.0
-        } else {
-            1.0
-        })));
-        // Many paths, or a little more light everywhere.
-        assert!(!passes(judge(&|i| if i % 10 == 0 {
-            (i % 20) as f32 / 5.0
-        } else {
-            1.0
-        })));
-        assert!(!passes(judge(&|_| 1.0009)));
-        assert!(!passes(judge(&|_| f32::NAN)));
+        assert!(passes(&judge(&few_paths)));
+        let many_paths = |i, _| match i % 10 {
+            0 => (i % 20) as f32 / 5.0,
+            _ => 1.0,
+        };
+        assert!(!passes(&judge(&many_paths)));
+        assert!(!passes(&judge(&|_, _| 1.0009)), "a little more everywhere");
+        assert!(!passes(&judge(&|_, _| f32::NAN)));
+    }
+
+    /// Reuse gives all pixels of a surface the sample that one of them has found. So one decision that rounding changes can
+    /// make the whole surface brighter with one seed, and darker with another.
+    #[test]
+    fn a_decision_that_reuse_spreads_is_no_shift() {
+        let surface = |change: fn(u32) -> f32| {
+            move |i, seed| match i < 40 {
+                true => 1.0 + change(seed),
+                false => 1.0,
+            }
+        };
+        let random = surface(|seed| [0.4, 0.0, -0.3, 0.0, 0.0, -0.1, 0.2, -0.3][seed as usize % 8]);
+        assert!(passes(&judge(&random)), "{:?}", judge(&random));
+        let always = surface(|seed| [0.4, 0.1, 0.3, 0.2][seed as usize % 4]);
+        assert!(!passes(&judge(&always)), "{:?}", judge(&always));
     }
 }

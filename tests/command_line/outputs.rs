@@ -89,7 +89,7 @@ fn every_folder_for_outputs_is_checked_before_any_work() {
     std::fs::write(at("file"), "").unwrap();
     let golden = at("golden");
     std::fs::create_dir_all(golden.join("driver")).unwrap();
-    let list = r#"{"version": 1, "device": "a", "driver": "a", "commit": "a", "cases": {}}"#;
+    let list = r#"{"version": 2, "device": "a", "driver": "a", "commit": "a", "cases": {}}"#;
     std::fs::write(golden.join("driver/golden.json"), list).unwrap();
     let (a, golden) = (at("a.exr"), text(&golden));
     let (a, file) = (text(&a), at("file"));
