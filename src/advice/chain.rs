@@ -1,10 +1,11 @@
 //! A chain: the frames that one candidate renders with one seed. Frames of a chain depend on each other, so a chain is one
 //! independent observation.
 
+use super::front::logarithms;
 use super::truth::{Added, Observed, Picture, Truth};
 use crate::Result;
 use crate::gpu::PassTime;
-use crate::metrics::statistics::median;
+use crate::metrics::statistics::{Estimate, median};
 use crate::render::{Clock, Renderer};
 use crate::scene::{Camera, MovingCamera};
 use serde::{Deserialize, Serialize};
@@ -87,7 +88,8 @@ impl Course {
 /// The measurements of one chain.
 #[derive(Clone, Debug)]
 pub struct Chain {
-    /// The mean over the measured frames or, for [`Purpose::Mean`], the measurements of the mean of all frames.
+    /// The mean over the measured frames (of the relMSE: the geometric mean) or, for [`Purpose::Mean`], the measurements of the
+    /// mean of all frames.
     pub observed: Observed,
     /// For [`Purpose::Mean`]: the relMSE of the mean of the first 1, 2, 4 … frames. Otherwise empty.
     pub of_means: Vec<f64>,
@@ -150,7 +152,11 @@ pub fn render(
             }
         }
     }
+    let relmse: Vec<f64> = observed.iter().map(|observed| observed.relmse).collect();
     let mut observed = Observed::mean_of(&observed);
+    if !is_mean {
+        observed.relmse = Estimate::of(&logarithms(&relmse)).mean.exp();
+    }
     if is_mean && !has_history {
         let of_mean = |count: u32| observed.relmse / f64::from(count);
         of_means = (0..=frames.ilog2())

@@ -95,8 +95,12 @@ pub fn details(front: &Front) -> String {
         ),
     };
     format!(
-        "Error: root of the relMSE of {frames}, ± half of the 95 % interval over {} seeds, at {} × {} with two references of {} samples per pixel; {:.0} s, and {:.0} s for the compilation of shaders.",
+        "Error: root of the relMSE of {frames}, the geometric mean over {} seeds (the largest has {:.1} %), ± half of its 95 % interval, at {} × {} with two references of {} samples per pixel; {:.0} s, and {:.0} s for the compilation of shaders.",
         front.finalists.first().map_or(0, |point| point.chains),
+        front
+            .finalists
+            .first()
+            .map_or(0.0, |point| 100.0 * point.largest_error),
         front.size.0,
         front.size.1,
         front.reference_samples,

@@ -40,6 +40,10 @@ pub struct Args {
         allow_negative_numbers = true
     )]
     time: f64,
+    /// Measure all candidates until the end, to compare any two of them; without it, the worse ones are left out, so that the
+    /// best ones get more of the time
+    #[arg(long)]
+    keep_all: bool,
     /// Write settings.toml, for --config, advice.json, and index.html, a page with plots and pictures of all candidates, to
     /// this folder, which is created if it is missing
     #[arg(short, long, value_name = "DIR")]
@@ -120,7 +124,7 @@ pub fn run(args: &Args) -> Result<()> {
         scene: &scene.gpu_scene,
         view: &scene.view,
         course: &course,
-        keeps_all: false,
+        keeps_all: args.keep_all,
     };
     let mut gallery = args.output.as_ref().map(|_| Gallery::default());
     let front = race::run(
@@ -150,15 +154,7 @@ pub fn run(args: &Args) -> Result<()> {
         "scene": scene.scene_hash,
         "front": value_of("the measurements", &front)?,
     });
-    if let (Some([settings_file, report_file, page_file]), Some(gallery)) = (&files, gallery) {
-        let page = contents::page(args, &scene, &front, gallery, fps)?.html()?;
-        if let Some(best) = best {
-            let settings = changes(&best.settings()?)?;
-            write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
-        }
-        write_atomically(report_file, |file| writeln!(file, "{report:#}"))?;
-        write_atomically(page_file, |file| file.write_all(page.as_bytes()))?;
-    }
+    // A full disk must not take the advice away.
     if args.json {
         print(format_args!("{report:#}"))?;
     } else {
@@ -168,6 +164,15 @@ pub fn run(args: &Args) -> Result<()> {
         if let Some(command) = &command {
             print(command)?;
         }
+    }
+    if let (Some([settings_file, report_file, page_file]), Some(gallery)) = (&files, gallery) {
+        let page = contents::page(args, &scene, &front, gallery, fps)?.html()?;
+        if let Some(best) = best {
+            let settings = changes(&best.settings()?)?;
+            write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
+        }
+        write_atomically(report_file, |file| writeln!(file, "{report:#}"))?;
+        write_atomically(page_file, |file| file.write_all(page.as_bytes()))?;
     }
     check_messages(&scene.instance.validation_messages())
 }

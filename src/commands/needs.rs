@@ -245,7 +245,7 @@ fn conditions(
         .map(|candidate| candidate.settings()?.to_value())
         .collect();
     Ok(json!({
-        "version": 1,
+        "version": 2,
         "commit": env!("HEADWATER_COMMIT"),
         "shaders": scene.edited_shaders,
         "scene": scene.scene_hash,

@@ -48,7 +48,9 @@ pub struct Point {
     pub command: String,
     /// The time of a frame in milliseconds, > 0.
     pub milliseconds: f64,
-    /// The error of a frame: the root of its relMSE, ≥ 0.
+    /// True if the time was measured at the size of the pictures that it is for, and does not follow from smaller ones.
+    pub is_timed: bool,
+    /// The error of a typical frame: the root of its relMSE, ≥ 0.
     pub error: f64,
     /// The lower and the upper end of the 95 % interval of the error, if it is known.
     pub interval: Option<[f64; 2]>,

@@ -117,6 +117,7 @@ impl Page {
                 "settings": point.settings,
                 "command": point.command,
                 "milliseconds": point.milliseconds,
+                "time": time(point),
                 "error": point.error,
                 "interval": point.interval,
                 "bias": point.bias,
@@ -155,7 +156,7 @@ impl Page {
         let (width, height) = self.timed_size;
         let mut tiles = vec![
             [
-                milliseconds(best.milliseconds),
+                time(best),
                 format!("for one frame of {width} × {height} pixels"),
             ],
             [
@@ -189,7 +190,7 @@ impl Page {
         let row = |(index, point): (usize, &Point)| Row {
             letter: letter(index),
             name: point.name.clone(),
-            time: milliseconds(point.milliseconds),
+            time: time(point),
             error: error(point.error, half_width(point)),
             relative: self
                 .yardstick_error(point)
@@ -236,11 +237,12 @@ fn half_width(point: &Point) -> Option<f64> {
     point.interval.map(|[low, high]| 0.5 * (high - low))
 }
 
-fn milliseconds(value: f64) -> String {
-    match value {
-        ms if ms < 10.0 => format!("{ms:.2} ms"),
-        ms if ms < 100.0 => format!("{ms:.1} ms"),
-        ms => format!("{ms:.0} ms"),
+fn time(point: &Point) -> String {
+    let about = if point.is_timed { "" } else { "about " };
+    match point.milliseconds {
+        ms if ms < 10.0 => format!("{about}{ms:.2} ms"),
+        ms if ms < 100.0 => format!("{about}{ms:.1} ms"),
+        ms => format!("{about}{ms:.0} ms"),
     }
 }
 
@@ -290,6 +292,7 @@ mod tests {
             settings: format!("# {HOSTILE}\n"),
             command: format!("headwater render {HOSTILE}"),
             milliseconds,
+            is_timed: true,
             error,
             interval: Some([0.9 * error, 1.1 * error]),
             bias: (0.001, f64::INFINITY),

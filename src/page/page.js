@@ -65,7 +65,7 @@ function choose(index) {
   const point = points[index];
   byId("chosen-title").textContent = `Chosen point: ${point.letter} ${point.name}`;
   const interval = point.interval ? `, 95 % interval ${point.interval.map(percent).join(" to ")}` : "";
-  byId("chosen-numbers").textContent = `${short(point.milliseconds)} ms per frame; error ${percent(point.error)}${interval} ` +
+  byId("chosen-numbers").textContent = `${point.time} per frame; error ${percent(point.error)}${interval} ` +
     `(${point.seeds} seeds); ${biasText(point.bias)}.`;
   showCommand(byId("chosen-command").firstChild, point.command);
   byId("chosen-settings").firstChild.textContent = point.settings || "# none: this is the default preset";

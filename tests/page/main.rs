@@ -58,6 +58,7 @@ mod thorough {
             settings: format!("# {name}\n"),
             command: format!("headwater render scene --preset {name} -o picture.exr"),
             milliseconds,
+            is_timed: true,
             error,
             interval: Some([0.95 * error, 1.05 * error]),
             bias: (0.001, 0.002),

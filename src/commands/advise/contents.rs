@@ -40,6 +40,7 @@ pub fn page(
             settings: changes(&candidate.settings()?)?,
             command: command(args, &candidate.options(), fps, front.purpose.frames()),
             milliseconds: point.milliseconds,
+            is_timed: point.is_timed,
             error: point.error.value,
             interval: point.error.interval,
             bias: (point.bias.relative, point.bias.half_width),
