@@ -91,7 +91,8 @@ pub struct Chain {
     /// The mean over the measured frames (of the relMSE: the geometric mean) or, for [`Purpose::Mean`], the measurements of the
     /// mean of all frames.
     pub observed: Observed,
-    /// For [`Purpose::Mean`]: the relMSE of the mean of the first 1, 2, 4 … frames. Otherwise empty.
+    /// The relMSE of the mean of the first 1, 2, 4 … measured frames, for [`Purpose::Mean`] and for candidates without history.
+    /// Otherwise empty.
     pub of_means: Vec<f64>,
     /// The median time of a frame on the device, in milliseconds.
     pub milliseconds: f64,
@@ -142,12 +143,17 @@ pub fn render(
             if is_measured {
                 pictures.add(&picture);
             }
-            if is_measured && is_mean && has_history {
-                if let Some(mean) = pictures.mean().filter(|_| (frame + 1).is_power_of_two()) {
-                    observed = vec![truth.observe(&mean)];
-                    of_means.push(observed[0].relmse);
+            if is_measured && (is_mean || !has_history) {
+                let is_due = pictures.count().is_power_of_two();
+                if let Some(mean) = pictures.mean().filter(|_| is_due) {
+                    let mean = truth.observe(&mean);
+                    of_means.push(mean.relmse);
+                    if is_mean {
+                        observed = vec![mean];
+                    }
                 }
-            } else if is_measured {
+            }
+            if is_measured && !is_mean {
                 observed.push(truth.observe(&picture));
             }
         }
@@ -158,11 +164,8 @@ pub fn render(
         observed.relmse = Estimate::of(&logarithms(&relmse)).mean.exp();
     }
     if is_mean && !has_history {
-        let of_mean = |count: u32| observed.relmse / f64::from(count);
-        of_means = (0..=frames.ilog2())
-            .map(|power| of_mean(1 << power))
-            .collect();
-        observed.relmse = of_mean(frames);
+        // Independent errors fall with the number of frames.
+        observed.relmse *= f64::from(INDEPENDENT_FRAMES) / f64::from(frames);
     }
     let chain = Chain {
         observed,
@@ -203,6 +206,10 @@ pub fn time(renderer: &mut Renderer, course: &Course) -> Result<f64> {
     let last = course.purpose.frames() - 1;
     let mut least = f64::INFINITY;
     for _ in 0..2 {
+        if last == 0 {
+            // A first frame has no history, and runs other passes.
+            renderer.restart(WARM_UP_SEED)?;
+        }
         course.set(renderer, last)?;
         let passes = renderer.single_frame(last)?;
         least = least.min(passes.iter().map(|pass| pass.milliseconds).sum());

@@ -3,12 +3,13 @@
 
 use super::candidates::Candidate;
 use super::chain::{Course, Observer, Purpose};
+use super::front::logarithms;
 use super::truth::Truth;
 use crate::Result;
 use crate::gpu::PassTime;
 use crate::metrics::sharing::shared_samples;
 use crate::metrics::spectrum::Spectrum;
-use crate::metrics::statistics::median;
+use crate::metrics::statistics::{Estimate, median};
 use crate::page::contents::{Exhibit, FrameMap, Picture, Shared};
 use crate::render::{Lighting, Renderer};
 use crate::shader_interface::ReservoirAov;
@@ -99,8 +100,9 @@ impl Recorder {
     fn errors(&self) -> Vec<f64> {
         let mean = |frame: u32| {
             let own = self.errors.iter().filter(|(index, _)| *index == frame);
-            let (sum, count) = own.fold((0.0, 0.0), |(s, n), (_, relmse)| (s + relmse, n + 1.0));
-            (count > 0.0).then(|| f64::max(sum / count, 0.0).sqrt())
+            let own: Vec<f64> = own.map(|(_, relmse)| *relmse).collect();
+            let log = Estimate::of(&logarithms(&own)).mean;
+            (!own.is_empty()).then(|| (0.5 * log).exp())
         };
         let frames = self.purpose.frames();
         let Some(last) = mean(frames - 1) else {

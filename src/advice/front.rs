@@ -117,7 +117,8 @@ pub struct Point {
     pub largest_error: f64,
     /// True if a frame depends on those before it. Frames without history are independent.
     pub has_history: bool,
-    /// For [`Purpose::Mean`]: the relMSE of the mean of the first 1, 2, 4 … frames. Otherwise empty.
+    /// The relMSE of the mean of the first 1, 2, 4 … frames, for [`Purpose::Mean`] and for candidates without history.
+    /// Otherwise empty.
     pub of_means: Vec<f64>,
     /// The logarithms of the frame times of the chains, in the order in which they took turns with those of other candidates.
     pub log_times: Vec<f64>,
@@ -176,14 +177,23 @@ impl Point {
         }
     }
 
-    /// The relMSE of the mean of the first `frames` frames, for [`Purpose::Mean`]; otherwise of a single frame. More frames
-    /// than were measured lower it in proportion, except for the history that frames share: while it still matters, the
-    /// product of relMSE and frames rises, and its rise is taken to halve with each doubling of the frames.
-    pub fn relmse_after(&self, frames: u32) -> f64 {
-        let [.., before, last] = self.of_means.as_slice() else {
-            return self.log_relmse.mean.exp();
+    /// The relMSE of the mean of `frames` frames or, with history and unless means were measured, of a single one. A part of a
+    /// frame has so much more. More frames than were measured lower it in proportion, except for two effects: frames share
+    /// their history, and a mean of more frames is more likely to have one of the rare bright pixels that a typical frame
+    /// lacks. So the product of relMSE and frames rises, and its rise is taken to halve with each doubling of the frames.
+    pub fn relmse_after(&self, frames: f64) -> f64 {
+        let [first, .., before, last] = *self.of_means.as_slice() else {
+            let single = self.log_relmse.mean.exp();
+            return if self.has_history {
+                single
+            } else {
+                single / frames
+            };
         };
-        let doublings = f64::from(frames.max(1)).log2();
+        if frames < 1.0 {
+            return first / frames;
+        }
+        let doublings = frames.log2();
         let measured = self.of_means.len() - 1;
         if doublings < measured as f64 {
             let index = doublings as usize;
@@ -194,6 +204,16 @@ impl Point {
         let rise = (2.0 * last / before).max(1.0).ln();
         let further = doublings - measured as f64;
         last * (rise * (1.0 - (-further).exp2()) - further * 2f64.ln()).exp()
+    }
+
+    /// Replaces the time of a frame, in milliseconds. Those of chains, by which candidates are compared, change by the same
+    /// factor.
+    pub fn set_time(&mut self, milliseconds: f64) {
+        let change = (milliseconds / self.milliseconds).ln();
+        for time in &mut self.log_times {
+            *time += change;
+        }
+        self.milliseconds = milliseconds;
     }
 
     /// The logarithm of relMSE × time, by which candidates are sorted.
@@ -222,7 +242,8 @@ impl Point {
 
     /// The error that this point, which is path tracing, has in the time `milliseconds`: samples are added up.
     pub fn error_in(&self, milliseconds: f64) -> Measured {
-        let factor = (self.milliseconds / milliseconds).sqrt();
+        let frames = milliseconds / self.milliseconds;
+        let factor = (self.relmse_after(frames) / self.relmse_after(1.0)).sqrt();
         Measured {
             value: self.error.value * factor,
             interval: self.error.interval.map(|ends| ends.map(|end| end * factor)),

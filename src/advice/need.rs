@@ -93,27 +93,30 @@ fn choice_of(purpose: Purpose, point: &Point, need: Need, bound: Option<u32>) ->
         accumulates: is_mean,
         milliseconds: point.milliseconds,
         shares: 1,
-        relmse: point.relmse_after(bound.unwrap_or(purpose.frames())),
+        relmse: match is_mean {
+            true => point.relmse_after(f64::from(bound.unwrap_or(purpose.frames()))),
+            false => point.log_relmse.mean.exp(),
+        },
         is_met: false,
     };
     match need {
         Need::Milliseconds(most) => {
             let independent = most / point.milliseconds;
-            if bound.is_none() && purpose != Purpose::Motion && !point.has_history {
+            // With history, a frame is taken as a whole; where means are asked for, all candidates have as many frames.
+            if bound.is_none() && purpose == Purpose::Steady && !point.has_history {
                 let frames = (independent as u32).clamp(1, MOST_FRAMES);
-                let single = point.relmse_after(1);
                 choice.frames = frames;
                 choice.accumulates = frames > 1;
                 choice.milliseconds *= f64::from(frames);
                 choice.shares = frames;
-                choice.relmse = single / f64::from(frames);
+                choice.relmse = point.relmse_after(f64::from(frames));
             }
             choice.is_met = choice.milliseconds <= most;
         }
         Need::RelMse(most) => {
             if is_mean && bound.is_none() {
                 choice.frames = frames_for(point, most);
-                choice.relmse = point.relmse_after(choice.frames);
+                choice.relmse = point.relmse_after(f64::from(choice.frames));
             }
             choice.is_met = choice.relmse <= most;
         }
@@ -126,7 +129,7 @@ fn frames_for(point: &Point, relmse: f64) -> u32 {
     let (mut low, mut high) = (0, MOST_FRAMES);
     while high - low > 1 {
         let middle = low + (high - low) / 2;
-        match point.relmse_after(middle) <= relmse {
+        match point.relmse_after(f64::from(middle)) <= relmse {
             true => high = middle,
             false => low = middle,
         }
@@ -142,12 +145,13 @@ mod tests {
     use crate::advice::front::Verdict;
     use crate::advice::truth::{Observed, Truth};
 
-    /// A point with the relMSE `of_means` of the mean of 1, 2, 4 … frames.
+    /// A point with the relMSE `of_means` of the mean of 1, 2, 4 … frames. That of a chain is the first one without history,
+    /// and the last one otherwise.
     fn point(name: &str, milliseconds: f64, of_means: &[f64], has_history: bool) -> Point {
         let truth = Truth::new([vec![[1.0; 3]], vec![[1.0; 3]]], &[vec![], vec![]], 4);
         let chain = Chain {
             observed: Observed {
-                relmse: of_means[of_means.len() - 1],
+                relmse: of_means[if has_history { of_means.len() - 1 } else { 0 }],
                 median: 1.0,
                 mean: [1.0; 3],
             },
@@ -181,12 +185,12 @@ mod tests {
     #[test]
     fn frames_follow_from_the_error_of_their_mean() {
         let independent = point("a", 10.0, &[0.4, 0.2, 0.1], false);
-        assert!((independent.relmse_after(3) - 0.4 / 3.0).abs() < 1e-9);
-        assert!((independent.relmse_after(40) - 0.01).abs() < 1e-9);
+        assert!((independent.relmse_after(3.0) - 0.4 / 3.0).abs() < 1e-9);
+        assert!((independent.relmse_after(40.0) - 0.01).abs() < 1e-9);
         // The product of relMSE and frames goes from 0.1 to 0.15 and 0.18, and so on to at most 0.216.
         let correlated = point("b", 10.0, &[0.1, 0.075, 0.045], true);
-        assert!((correlated.relmse_after(4) - 0.045).abs() < 1e-9);
-        let product = 4096.0 * correlated.relmse_after(4096);
+        assert!((correlated.relmse_after(4.0) - 0.045).abs() < 1e-9);
+        let product = 4096.0 * correlated.relmse_after(4096.0);
         assert!((0.215..0.216).contains(&product), "{product}");
 
         let front = front(Purpose::Mean, vec![independent, correlated]);
@@ -221,7 +225,7 @@ mod tests {
         let front = front(
             Purpose::Steady,
             vec![
-                point("quick", 10.0, &[0.4], false),
+                point("quick", 10.0, &[0.4, 0.2, 0.1], false),
                 point("good", 25.0, &[0.1], true),
             ],
         );

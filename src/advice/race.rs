@@ -462,7 +462,7 @@ fn scale_times(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Result<
     let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
     let factor = pixels(front.wanted_size) / pixels(front.size);
     for point in front.finalists.iter_mut().chain(&mut front.race) {
-        point.milliseconds *= factor;
+        point.set_time(factor * point.milliseconds);
         point.is_timed = false;
     }
     // Three frames of each are rendered to compile, and two to time.
@@ -484,7 +484,7 @@ pub fn measure_time(point: &mut Point, track: &Track<'_>) -> Result<Duration> {
     let start = Instant::now();
     let mut renderer = track.renderer(track.view, &point.candidate)?;
     let compilation = start.elapsed() + chain::warm_up(&mut renderer, track.course)?;
-    point.milliseconds = chain::time(&mut renderer, track.course)?;
+    point.set_time(chain::time(&mut renderer, track.course)?);
     point.is_timed = true;
     Ok(compilation)
 }

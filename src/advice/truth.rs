@@ -203,6 +203,11 @@ impl Added {
         self.count += 1;
     }
 
+    /// The number of pictures.
+    pub const fn count(&self) -> u32 {
+        self.count
+    }
+
     /// The mean of the pictures; `None` without pictures.
     pub fn mean(&self) -> Option<Picture> {
         let scale = 1.0 / f64::from(self.count);

@@ -83,7 +83,7 @@ pub enum Standing {
 pub struct Exhibit {
     /// One late frame.
     pub picture: Picture,
-    /// The error (root of the relMSE) of each frame, beginning with frame 0, as the mean over [`Self::runs`] runs. Empty if it
+    /// The error (root of the relMSE) of each frame, beginning with frame 0, as the geometric mean over [`Self::runs`] runs. Empty if it
     /// was not measured.
     pub errors: Vec<f64>,
     /// The number of independent runs with which this exhibit was measured.

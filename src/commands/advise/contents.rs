@@ -42,7 +42,8 @@ pub fn page(
             milliseconds: point.milliseconds,
             is_timed: point.is_timed,
             error: point.error.value,
-            interval: point.error.interval,
+            // The first references of the race were too noisy for an interval to be honest.
+            interval: (point.error.interval).filter(|_| rank < front.finalists.len()),
             bias: (point.bias.relative, point.bias.half_width),
             seeds: point.chains,
             standing,
