@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A file of the store: what was measured, and under which conditions.
 #[derive(Serialize, Deserialize)]
@@ -37,6 +37,11 @@ impl Place {
         }
     }
 
+    /// The path of the file; `None` if there is no folder for caches.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
     /// The stored front; `None` if there is none for these conditions. A damaged file counts as none.
     pub fn load(&self) -> Option<Front> {
         let text = std::fs::read(self.file.as_ref()?).ok()?;
@@ -44,13 +49,13 @@ impl Place {
         (stored.conditions == self.conditions).then_some(stored.front)
     }
 
-    /// Stores a front. Returns the path of its file, or `None` if there is no folder for caches.
+    /// Stores a front, if there is a folder for caches.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn store(&self, front: &Front) -> Result<Option<&PathBuf>> {
+    pub fn store(&self, front: &Front) -> Result<()> {
         let Some(file) = &self.file else {
-            return Ok(None);
+            return Ok(());
         };
         if let Some(folder) = file.parent() {
             std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
@@ -60,8 +65,7 @@ impl Place {
             front: front.clone(),
         };
         let text = crate::base::json::value_of("the measurements", &stored)?;
-        write_atomically(file, |file| writeln!(file, "{text:#}"))?;
-        Ok(Some(file))
+        write_atomically(file, |file| writeln!(file, "{text:#}"))
     }
 }
 
@@ -84,7 +88,8 @@ mod tests {
         .unwrap();
         let own = place(json!({ "scene": "a" }));
         assert!(own.load().is_none());
-        let file = own.store(&front).unwrap().unwrap().clone();
+        own.store(&front).unwrap();
+        let file = own.file().unwrap().to_owned();
         assert_eq!(own.load().unwrap().wanted_size, (2, 2));
         // Other conditions with the same hash, and a damaged file, count as nothing.
         assert!(place(json!({ "scene": "b" })).load().is_none());

@@ -15,7 +15,7 @@ pub enum Need {
 }
 
 /// The largest number of frames that a choice has.
-const MOST_FRAMES: u32 = 1 << 20;
+pub const MOST_FRAMES: u32 = 1 << 20;
 
 /// The settings, the number of frames and the accumulation that meet a need, or come nearest to it.
 #[derive(Clone, Debug)]

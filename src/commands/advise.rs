@@ -3,6 +3,7 @@
 mod contents;
 
 use super::arguments::{ViewArgs, check_files};
+use super::ignored;
 use super::interrupt::Interrupt;
 use super::measuring::{FRAMES_PER_SECOND, check_measurable, course};
 use super::progress::Progress;
@@ -21,7 +22,7 @@ use crate::render::presets::{self, Preset};
 use crate::render::settings::{EnvironmentSettings, flatten};
 use crate::{Error, Result};
 use serde_json::json;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
 /// The command-line arguments of `headwater advise`.
@@ -32,7 +33,7 @@ pub struct Args {
     /// The kind of frames that the advice is for
     #[arg(long = "for", value_enum, default_value_t = PurposeArg::Steady)]
     purpose: PurposeArg,
-    /// The time to measure, in seconds, without the compilation of shaders, which is reported apart
+    /// The time to load the scene and to measure, in seconds, without the compilation of shaders, which is reported apart
     #[arg(
         long,
         default_value_t = 120.0,
@@ -93,6 +94,7 @@ pub fn run(args: &Args) -> Result<()> {
             "--bounces 0 shows only emitters, which have no error; it begins at 1 here",
         ));
     }
+    ignored::note_for_view(&args.view);
     let interrupt = Interrupt::watch()?;
     let files = args
         .output
@@ -116,7 +118,7 @@ pub fn run(args: &Args) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(|e| Error::writing(folder, e))?;
         check_files(files.iter().map(|file| ("--output", file.as_path())), [])?;
     }
-    let course = course(purpose, &scene, clock.time(frames - 1))?;
+    let course = course(purpose, &scene, clock.time(frames - 1), true)?;
     let candidates = candidates::all(purpose)?;
     let progress = Progress::of_whole("the measurement");
     let track = Track {
@@ -167,9 +169,18 @@ pub fn run(args: &Args) -> Result<()> {
     }
     if let (Some([settings_file, report_file, page_file]), Some(gallery)) = (&files, gallery) {
         let page = contents::page(args, &scene, &front, gallery, fps)?.html()?;
-        if let Some(best) = best {
-            let settings = changes(&best.settings()?)?;
-            write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
+        match best {
+            Some(best) => {
+                let settings = changes(&best.settings()?)?;
+                write_atomically(settings_file, |file| file.write_all(settings.as_bytes()))?;
+            }
+            // Those of an earlier advice would stand beside a page that gives none.
+            None => match std::fs::remove_file(settings_file) {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    return Err(Error::writing(settings_file, error));
+                }
+                _ => {}
+            },
         }
         write_atomically(report_file, |file| writeln!(file, "{report:#}"))?;
         write_atomically(page_file, |file| file.write_all(page.as_bytes()))?;

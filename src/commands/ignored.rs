@@ -1,7 +1,7 @@
 //! Prints notes on stderr, one line each, about arguments that have no effect in combination with the other arguments,
 //! so that the user does not expect one.
 
-use super::arguments::SceneArgs;
+use super::arguments::{SceneArgs, ViewArgs};
 use super::notice;
 use crate::image::Format;
 use crate::render::Settings;
@@ -32,6 +32,27 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.light_samples",
 ];
 
+/// Prints notes on options of the scene and its view that have no effect.
+pub fn note_for_view(view: &ViewArgs) {
+    if let (Some(camera), Some(_)) = (&view.camera, &view.look_at) {
+        notice(&format!(
+            "--look-at sets the camera, so --camera {camera} has no effect"
+        ));
+    }
+    if file_of(&view.scene).is_none() {
+        for (option, is_given) in [
+            ("--allow-missing", view.load.allow_missing),
+            ("--allow-outside", view.load.allow_outside),
+        ] {
+            if is_given {
+                notice(&format!(
+                    "a generated scene has no files, so {option} has no effect"
+                ));
+            }
+        }
+    }
+}
+
 /// Prints notes on arguments without effect, for every command that renders a scene. `changed` lists the dotted keys that
 /// --config and --set name, and `outputs` lists the paths of the pictures. `presents` is true if frames are presented for
 /// a capture tool; then --exposure has an effect even without a PNG file.
@@ -41,23 +62,7 @@ pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf],
             group(key) == "environment"
         });
     }
-    if let (Some(camera), Some(_)) = (&args.view.camera, &args.view.look_at) {
-        notice(&format!(
-            "--look-at sets the camera, so --camera {camera} has no effect"
-        ));
-    }
-    if file_of(&args.view.scene).is_none() {
-        for (option, is_given) in [
-            ("--allow-missing", args.view.load.allow_missing),
-            ("--allow-outside", args.view.load.allow_outside),
-        ] {
-            if is_given {
-                notice(&format!(
-                    "a generated scene has no files, so {option} has no effect"
-                ));
-            }
-        }
-    }
+    note_for_view(&args.view);
     let writes = |format| {
         outputs
             .iter()

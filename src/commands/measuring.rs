@@ -30,11 +30,12 @@ pub fn check_measurable(scene: &OpenedScene, name: &str) -> Result<()> {
     Ok(())
 }
 
-/// The motion of the camera and of the scene. `last` is the time of the last frame, in seconds.
+/// The motion of the camera and of the scene. `last` is the time of the last frame, in seconds. If `steps` is true, a camera
+/// that does not move by itself moves sideways.
 ///
 /// # Errors
 /// The camera of the scene has no direction at the first or the last frame.
-pub fn course(purpose: Purpose, scene: &OpenedScene, last: f64) -> Result<Course> {
+pub fn course(purpose: Purpose, scene: &OpenedScene, last: f64, steps: bool) -> Result<Course> {
     let mut course = Course {
         purpose,
         clock: None,
@@ -52,7 +53,8 @@ pub fn course(purpose: Purpose, scene: &OpenedScene, last: f64) -> Result<Course
             return Ok(course);
         }
     }
-    let diagonal = scene.diagonal;
-    course.view.1 = STEP * diagonal;
+    if steps {
+        course.view.1 = STEP * scene.diagonal;
+    }
     Ok(course)
 }

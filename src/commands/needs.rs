@@ -1,7 +1,7 @@
 //! `render --budget-ms` and `render --target-relmse`: the choice of settings, frames and accumulation from measurements of
 //! the scene on the device, before the first frame is rendered.
 
-use super::arguments::SceneArgs;
+use super::arguments::{Aov, SceneArgs};
 use super::interrupt::Interrupt;
 use super::measuring::{check_measurable, course};
 use super::progress::Progress;
@@ -9,14 +9,17 @@ use super::session::{OpenedScene, Purpose as SessionPurpose, Shown, camera_text}
 use super::{NOTHING_WRITTEN, notice, repetition, say};
 use crate::advice::cache::Place;
 use crate::advice::chain::Purpose;
-use crate::advice::need::{self, Choice, Need};
+use crate::advice::need::{self, Choice, MOST_FRAMES, Need};
 use crate::advice::race::{self, Time, Track};
 use crate::advice::{Candidate, Front, candidates};
+use crate::base::short_hash::short;
 use crate::render::presets::{self, Preset};
-use crate::render::settings::{Integrator, flatten};
-use crate::render::{Clock, Settings};
+use crate::render::settings::{IndirectMode, Integrator, flatten};
+use crate::render::{Clock, Lighting, Settings};
 use crate::{Error, Result};
+use clap::ValueEnum;
 use serde_json::{Map, Value, json};
+use std::num::NonZero;
 
 /// Options of `render` that choose settings by need.
 #[derive(clap::Args)]
@@ -27,6 +30,7 @@ pub struct NeedArgs {
     #[arg(
         long,
         value_name = "MS",
+        group = "need",
         conflicts_with = "capture",
         allow_negative_numbers = true
     )]
@@ -36,15 +40,18 @@ pub struct NeedArgs {
     #[arg(
         long,
         value_name = "ERROR",
-        conflicts_with_all = ["capture", "budget_ms"],
+        group = "need",
+        conflicts_with = "capture",
         allow_negative_numbers = true
     )]
     target_relmse: Option<f64>,
-    /// The time to measure a scene for --budget-ms or --target-relmse, in seconds, without the compilation of shaders
+    /// The time to load and measure a scene for --budget-ms or --target-relmse, in seconds, without the compilation of
+    /// shaders
     #[arg(
         long,
         value_name = "SECONDS",
         default_value_t = 30.0,
+        requires = "need",
         allow_negative_numbers = true
     )]
     pub measure_time: f64,
@@ -103,17 +110,20 @@ pub fn choose(
     let time = Time::of(bounds.measure_time);
     let view = &bounds.scene.view;
     let clock = bounds.clock;
+    check_comparable(need, bounds)?;
     let shown = Shown {
         scatters: true,
         environment: bounds.settings.environment,
         clock,
         clock_is_given: true,
-        frames: 0..bounds.frames.unwrap_or(1),
+        // Those that are measured in a scene that moves, and those that the user wants.
+        frames: 0..bounds.frames.unwrap_or(1).max(Purpose::Motion.frames()),
     };
     let scene = OpenedScene::open(view, &shown, SessionPurpose::Pictures, interrupt)?;
     check_measurable(&scene, &view.scene)?;
     let moves = scene.clock.is_some_and(|clock| clock.fps.is_some());
     let purpose = match need {
+        _ if moves && bounds.frames == Some(1) => Purpose::Still,
         _ if moves => Purpose::Motion,
         Need::RelMse(_) => Purpose::Mean,
         Need::Milliseconds(_) if bounds.accumulates => Purpose::Mean,
@@ -126,7 +136,7 @@ pub fn choose(
             option(need)
         )));
     }
-    let course = course(purpose, &scene, clock.time(purpose.frames() - 1))?;
+    let course = course(purpose, &scene, clock.time(purpose.frames() - 1), false)?;
     let track = Track {
         device: &scene.device,
         scene: &scene.gpu_scene,
@@ -137,22 +147,35 @@ pub fn choose(
     let candidates = bound_candidates(bounds, purpose)?;
     let place = Place::of(conditions(&scene, purpose, clock, &candidates)?);
     let known = place.load();
+    // A longer measurement than the known one is wanted for its precision.
+    let known = known.filter(|front| front.seconds > 0.5 * bounds.measure_time);
     let mut is_new = known.is_none();
     let mut front = match known {
         Some(front) => front,
         None => {
             say(format_args!(
-                "measuring the scene for {}, in about {} s and the time to compile shaders; later runs know the result",
+                "measuring the scene for {}, in about {} s and the time to compile shaders; later runs know the result{}",
                 option(need),
-                bounds.measure_time
+                bounds.measure_time,
+                place
+                    .file()
+                    .map_or(String::new(), |file| format!(" ({})", file.display()))
             ));
             measure(&track, &candidates, time, interrupt)?
         }
     };
     let yardstick = &candidates[0];
     let is_bound = bounds.scene.preset.is_some();
-    let is_allowed =
-        |candidate: &Candidate| !is_bound || candidate != yardstick || candidates.len() == 1;
+    let aovs = &bounds.scene.aov;
+    let shown: Vec<Lighting> = aovs.iter().filter_map(|aov| aov.reservoirs_of()).collect();
+    let is_allowed = |candidate: &Candidate| {
+        let has_reservoirs = shown.is_empty()
+            || candidate.settings().is_ok_and(|settings| {
+                let mut shown = shown.iter();
+                shown.all(|lighting| settings.has_reservoirs(*lighting, view.bounces))
+            });
+        has_reservoirs && (!is_bound || candidate != yardstick || candidates.len() == 1)
+    };
     let choice = loop {
         let choice = need::choose(&front, need, bounds.frames, is_allowed)?;
         let point = front.point_of(&choice.candidate);
@@ -165,6 +188,14 @@ pub fn choose(
             None => break choice,
         }
     };
+    if let (Need::RelMse(wanted), false) = (need, choice.is_met)
+        && choice.frames == MOST_FRAMES
+    {
+        return Err(Error::input(format!(
+            "--target-relmse {wanted}: even {MOST_FRAMES} frames ({:.0} hours) are not enough; choose a larger error",
+            choice.milliseconds * f64::from(MOST_FRAMES) / 3.6e6
+        )));
+    }
     if is_new && let Err(error) = place.store(&front) {
         notice(&format!("the measurements are not kept: {error}"));
     }
@@ -178,6 +209,24 @@ fn option(need: Need) -> &'static str {
         Need::Milliseconds(_) => "--budget-ms",
         Need::RelMse(_) => "--target-relmse",
     }
+}
+
+/// Checks that path tracing shows the same light as the candidates, so that it can be their reference.
+fn check_comparable(need: Need, bounds: &Bounds<'_>) -> Result<()> {
+    let option = option(need);
+    if bounds.scene.view.bounces == 0 {
+        return Err(Error::input(format!(
+            "{option} with --bounces 0: such pictures show only emitters, and have no error"
+        )));
+    }
+    let key = match bounds.settings.indirect.mode {
+        _ if bounds.changed.iter().any(|key| key == "integrator") => "integrator",
+        IndirectMode::Off => "indirect.mode=off",
+        IndirectMode::Path | IndirectMode::Restir => return Ok(()),
+    };
+    Err(Error::input(format!(
+        "{option} does not work with the setting {key}, because candidates are compared with path tracing of all light; leave it out, or choose --bounces"
+    )))
 }
 
 /// Measures all candidates.
@@ -244,9 +293,14 @@ fn conditions(
         .iter()
         .map(|candidate| candidate.settings()?.to_value())
         .collect();
+    // Two builds of one commit can differ, and CPUs of one driver in the number of their cores.
+    let program = std::env::current_exe().and_then(std::fs::read);
+    let program = program.map(|bytes| short(&blake3::hash(&bytes)));
+    let cores = std::thread::available_parallelism().map_or(0, NonZero::get);
     Ok(json!({
         "version": 2,
-        "commit": env!("HEADWATER_COMMIT"),
+        "program": program.unwrap_or(env!("HEADWATER_COMMIT").to_owned()),
+        "cores": cores,
         "shaders": scene.edited_shaders,
         "scene": scene.scene_hash,
         "device": scene.device.info.name,
@@ -289,6 +343,14 @@ fn announce(choice: &Choice, bounds: &Bounds<'_>, fps: Option<f64>) -> Result<()
     command += &format!(" --seed {} --frames {frames}", view.seed);
     if is_mean {
         command += " --accumulate";
+    }
+    let aovs = bounds.scene.aov.iter().filter_map(Aov::to_possible_value);
+    let aovs: Vec<String> = aovs.map(|aov| aov.get_name().to_owned()).collect();
+    if !aovs.is_empty() {
+        command += &format!(" --aov {}", aovs.join(","));
+    }
+    if bounds.scene.exposure != 0.0 {
+        command += &format!(" --exposure {}", bounds.scene.exposure);
     }
     notice(&format!("again: {command} -o picture.exr"));
     Ok(())

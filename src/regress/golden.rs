@@ -2,7 +2,6 @@
 //! list and one picture per case.
 
 use super::cases::Case;
-use super::verdict::Rendered;
 use crate::base::files::write_atomically;
 use crate::base::input_files;
 use crate::base::short_hash::short;
@@ -49,6 +48,21 @@ impl Step {
             hash: output.hash,
         }
     }
+}
+
+/// The result of rendering a case on the driver under test: its picture, the levels of its pictures with several seeds, and
+/// the hashes of its buffers. They are compared with those of the golden frame, which is the stored result of a trusted
+/// driver.
+pub struct Rendered {
+    /// The picture of the case, from a run in which each frame is submitted as a whole, as in normal use. The hashes in
+    /// `steps` come from a second run, in which the passes run one by one.
+    pub image: Image,
+    /// The [`level`](super::verdict::level)s of the case with one seed or with [`SEEDS`](super::verdict::SEEDS) seeds, from runs like the one of `image`. The first is that
+    /// of `image`, and each further seed is larger by one.
+    pub levels: Vec<f64>,
+    /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran. They
+    /// show which pass first differs from the golden frame.
+    pub steps: Vec<Step>,
 }
 
 /// The golden frame of one case: the stored result of a trusted driver, with which the results of later runs and of other
@@ -325,14 +339,17 @@ impl Goldens {
                 path.display()
             ))
         };
-        let goldens: Self =
-            serde_json::from_str(&text).map_err(|e| damaged(format!("it is damaged ({e})")))?;
-        if goldens.version != VERSION {
-            return Err(damaged(format!(
-                "its version is {}, not {VERSION}",
-                goldens.version
-            )));
+        #[derive(Deserialize)]
+        struct Versioned {
+            version: u32,
         }
+        let broken = |e: serde_json::Error| damaged(format!("it is damaged ({e})"));
+        // Another version has other fields.
+        let Versioned { version } = serde_json::from_str(&text).map_err(broken)?;
+        if version != VERSION {
+            return Err(damaged(format!("its version is {version}, not {VERSION}")));
+        }
+        let goldens: Self = serde_json::from_str(&text).map_err(broken)?;
         // Names are those of files in the folder.
         let is_outside = |name: &&String| Path::new(name).file_name() != Some(name.as_ref());
         if let Some(name) = goldens.cases.keys().find(is_outside) {

@@ -8,6 +8,6 @@ mod junit;
 mod verdict;
 
 pub use cases::{Case, cases};
-pub use golden::{Blessing, Golden, Goldens, Step};
+pub use golden::{Blessing, Golden, Goldens, Rendered, Step};
 pub use junit::report;
-pub use verdict::{Rendered, SEEDS, Verdict, judge_exactly, judge_loosely, level};
+pub use verdict::{SEEDS, Verdict, judge_exactly, judge_loosely, level};

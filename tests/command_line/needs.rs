@@ -92,6 +92,16 @@ fn needs_that_nothing_meets_are_named() {
     assert!(file.exists());
     let said = failed(render(folder, &["--target-relmse", "0"], &file), 2);
     assert!(said.contains("--target-relmse 0"), "{said}");
+    // What path tracing does not show has no reference.
+    for (options, expected) in [
+        (["--set", "indirect.mode=off"], "indirect.mode=off"),
+        (["--set", "integrator=path-tracing"], "integrator"),
+        (["--bounces", "0"], "--bounces 0"),
+    ] {
+        let options = [&["--target-relmse", "0.1"], &options[..]].concat();
+        let said = failed(render(folder, &options, &file), 2);
+        assert!(said.contains(expected), "{said}");
+    }
     let said = failed(
         render(folder, &["--budget-ms", "5", "--target-relmse", "1"], &file),
         2,

@@ -90,7 +90,13 @@ class Scene:
         if (self.folder / "state.json").exists():
             self.state = json.loads((self.folder / "state.json").read_text())
         # Pictures of other options must not be mixed with these.
-        plan = {"scene": self.words, "size": [*self.size, *self.bounces], "spp": options.spp, **options.configurations}
+        plan = {
+            "scene": self.words,
+            "program (HEADWATER_RUN)": os.environ["HEADWATER_RUN"],
+            "size": [*self.size, *self.bounces],
+            "spp": options.spp,
+            **options.configurations,
+        }
         old = self.state.setdefault("plan", plan)
         changed = [name for name in plan if old.get(name, plan[name]) != plan[name]]
         if changed:
@@ -150,7 +156,7 @@ class Scene:
 
     def time_round(self, names):
         """The times of a frame of some configurations, each with that of a path-traced frame just before."""
-        path_traced = self.frame_time(["--preset", "path-tracing", "--accumulate"], 2 * LONG)
+        path_traced = self.frame_time(["--preset", "path-tracing"], 2 * LONG)
         for name in names:
             words = self.options.configurations[name]
             taken = self.frame_time(words[: words.index("--frames")], LONG)
@@ -158,7 +164,8 @@ class Scene:
 
     def frame_time(self, words, frames):
         temporary = self.folder / "timed.exr"
-        words = [*self.words, *self.size, *self.bounces, *words, "-o", temporary]
+        # Without --accumulate, frames that no later frame needs are not rendered.
+        words = [*self.words, *self.size, *self.bounces, *words, "--accumulate", "-o", temporary]
         short, long = (run("render", *words, "--frames", n) for n in (SHORT, frames))
         temporary.unlink()
         if long <= short:

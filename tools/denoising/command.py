@@ -20,7 +20,7 @@ def run(main, say):
     except OSError as error:
         say(f"{error.filename}: {error.strerror}" if error.filename else error)
         sys.exit(1)
-    except (RuntimeError, MemoryError) as error:
+    except (RuntimeError, MemoryError, ValueError) as error:
         say(" ".join(str(error).split()) or "out of memory")
         sys.exit(1)
     except KeyboardInterrupt:

@@ -69,8 +69,13 @@ def main():
         "lamps that the camera sees leaks over their edges",
     )
     options = parser.parse_args()
+    made = outputs(options.inputs, options.output)
+    read = [path.resolve() for path in [*options.inputs, options.emission] if path]
+    for output in made:
+        if output.resolve() in read:
+            raise Wrong(f"{output} is also an input, and would be overwritten; choose another output")
     emission = Picture(options.emission).layer(COLOR) if options.emission else None
-    for path, output in zip(options.inputs, outputs(options.inputs, options.output)):
+    for path, output in zip(options.inputs, made):
         denoise(path, output, emission)
 
 
