@@ -177,6 +177,8 @@ function drawLines(container, lines, chosen, options) {
   const frame = frameOf(container, container.clientWidth < 500 ? 300 : 340);
   frame.right -= 34;
   const values = lines.flatMap((line) => line.values.map(([, value]) => value)).filter((v) => v > 0);
+  // Lines of zeros alone have no scale of their own.
+  if (!values.length) values.push(1);
   const [low, high] = options.y(Math.min(...values), Math.max(...values));
   const y = logScale(low, high, frame.bottom, frame.top);
   const ticks = options.xTicks.filter((_, i, all) => frame.right - frame.left > 400 || all.length < 9 || i % 2 === 0);
