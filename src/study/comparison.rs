@@ -162,6 +162,10 @@ impl<'a> Comparison<'a> {
         let Some(best) = self.entries.first() else {
             return "Undecided: no configuration has a time and an error yet.".to_owned();
         };
+        if self.entries.iter().all(|entry| entry.error() <= 0.0) {
+            return "Undecided: no configuration has an error, because nothing here has noise."
+                .to_owned();
+        }
         let error = percent(best);
         let candidates: Vec<&Entry<'_>> =
             (self.entries.iter()).filter(|e| e.is_candidate()).collect();
