@@ -1,7 +1,6 @@
 //! A chain: the frames that one candidate renders with one seed. Frames of a chain depend on each other, so a chain is one
 //! independent observation.
 
-use super::front::logarithms;
 use super::truth::{Added, Observed, Picture, Truth};
 use crate::Result;
 use crate::gpu::PassTime;
@@ -215,4 +214,16 @@ pub fn time(renderer: &mut Renderer, course: &Course) -> Result<f64> {
         least = least.min(passes.iter().map(|pass| pass.milliseconds).sum());
     }
     Ok(least)
+}
+
+/// The logarithms of several measurements of one relMSE. The noise of the references can make one of them almost zero, or
+/// negative, if the picture is almost perfect. It then counts as a tenth of the median. A picture with a value that is not a
+/// number is infinitely wrong.
+pub fn logarithms(relmse: &[f64]) -> Vec<f64> {
+    let least = (0.1 * median(relmse.iter().copied())).max(1e-12);
+    let logarithm = |value: &f64| match value.is_nan() {
+        true => f64::INFINITY,
+        false => value.max(least).ln(),
+    };
+    relmse.iter().map(logarithm).collect()
 }

@@ -2,9 +2,9 @@
 //! made from it later.
 
 use super::candidates::Candidate;
-use super::chain::{Chain, Purpose};
+use super::chain::{Chain, Purpose, logarithms};
 use super::truth::Truth;
-use crate::metrics::statistics::{Estimate, median};
+use crate::metrics::statistics::Estimate;
 use serde::{Deserialize, Serialize};
 
 /// The smallest median brightness of a candidate's frame, as a fraction of that of a path-traced frame. The median is that
@@ -249,18 +249,6 @@ impl Point {
             interval: self.error.interval.map(|ends| ends.map(|end| end * factor)),
         }
     }
-}
-
-/// The logarithms of several measurements of one relMSE. The noise of the references can make one of them almost zero, or
-/// negative, if the picture is almost perfect. It then counts as a tenth of the median. A picture with a value that is not a
-/// number is infinitely wrong.
-pub fn logarithms(relmse: &[f64]) -> Vec<f64> {
-    let least = (0.1 * median(relmse.iter().copied())).max(1e-12);
-    let logarithm = |value: &f64| match value.is_nan() {
-        true => f64::INFINITY,
-        false => value.max(least).ln(),
-    };
-    relmse.iter().map(logarithm).collect()
 }
 
 /// The geometric means of lists of one length, value by value.

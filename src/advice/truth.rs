@@ -1,6 +1,7 @@
 //! Two independent references of one view, with which the errors of a race are measured.
 
 use crate::metrics::error::median_ratio;
+use crate::metrics::relative;
 use crate::metrics::statistics::Estimate;
 use crate::scene::lights::luminance;
 
@@ -83,31 +84,19 @@ impl Truth {
 
     /// The mean of the two references: one linear RGB value per pixel.
     pub fn reference(&self) -> Vec<[f32; 3]> {
-        let pixels = self.halves[0].iter().zip(&self.halves[1]);
-        pixels.map(mean_of_two).collect()
+        relative::mean_of_halves(&self.halves)
     }
 
-    /// For each pixel, the squared difference of two pictures relative to the references, as relMSE has it: the mean over the
-    /// channels of (a − b)² / (r² + 0.01), where r is the mean of the references.
+    /// For each pixel, the squared difference of two pictures relative to the references
+    /// ([`relative_squares`](relative::relative_squares)).
     pub fn relative_squares(&self, first: &[[f32; 3]], second: &[[f32; 3]]) -> Vec<f32> {
-        let of_pixel = |((a, b), r): ((&[f32; 3], &[f32; 3]), [f32; 3])| {
-            let of_channel = |c: usize| (a[c] - b[c]).powi(2) / (r[c] * r[c] + 0.01);
-            (of_channel(0) + of_channel(1) + of_channel(2)) / 3.0
-        };
-        let pixels = first.iter().zip(second).zip(self.reference());
-        pixels.map(of_pixel).collect()
+        relative::relative_squares(first, second, &self.halves)
     }
 
-    /// For each pixel, the difference of its luminance from that of each reference, divided by √(r² + 0.01), where r is the
-    /// luminance of the mean of the references.
+    /// For each pixel, the relative difference of its luminance from that of each reference
+    /// ([`relative_differences`](relative::relative_differences)).
     pub fn relative_differences(&self, picture: &[[f32; 3]]) -> [Vec<f64>; 2] {
-        let of = |pixel: [f32; 3]| luminance(pixel.into());
-        let reference: Vec<f64> = self.reference().into_iter().map(of).collect();
-        [0, 1].map(|half| {
-            let pixels = picture.iter().zip(&self.halves[half]).zip(&reference);
-            let relative = pixels.map(|((a, b), r)| (of(*a) - of(*b)) / (r * r + 0.01).sqrt());
-            relative.collect()
-        })
+        relative::relative_differences(picture, &self.halves, |pixel| luminance(pixel.into()))
     }
 
     /// The relMSE of a picture. Both references are in each product, so their noise has no part in the mean.
@@ -218,10 +207,6 @@ impl Added {
                 .collect()
         })
     }
-}
-
-fn mean_of_two((a, b): (&[f32; 3], &[f32; 3])) -> [f32; 3] {
-    [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
 }
 
 impl Observed {

@@ -12,5 +12,6 @@ pub(crate) mod panics;
 pub(crate) mod printable;
 pub mod progress;
 pub(crate) mod random;
+pub(crate) mod shell_word;
 pub(crate) mod short_hash;
 pub mod toml_text;

@@ -17,9 +17,8 @@ use crate::advice::race::{self, Time, Track};
 use crate::advice::{candidates, sentence};
 use crate::base::files::write_atomically;
 use crate::base::json::value_of;
-use crate::render::Settings;
-use crate::render::presets::{self, Preset};
-use crate::render::settings::{EnvironmentSettings, flatten};
+use crate::render::presets::changes;
+use crate::render::settings::EnvironmentSettings;
 use crate::{Error, Result};
 use serde_json::json;
 use std::io::{ErrorKind, Write};
@@ -186,18 +185,6 @@ pub fn run(args: &Args) -> Result<()> {
         write_atomically(page_file, |file| file.write_all(page.as_bytes()))?;
     }
     check_messages(&scene.instance.validation_messages())
-}
-
-/// The settings that differ from those of the default preset, as TOML for `--config`.
-fn changes(settings: &Settings) -> Result<String> {
-    let default = Preset::named(presets::DEFAULT)?.settings()?;
-    let (mut own, mut others) = (Vec::new(), Vec::new());
-    flatten("", &settings.to_value()?, &mut own);
-    flatten("", &default.to_value()?, &mut others);
-    let changed = own.iter().filter(|setting| !others.contains(setting));
-    Ok(changed.fold(String::new(), |text, (key, value)| {
-        text + &format!("{key} = {value}\n")
-    }))
 }
 
 /// The command that renders frames for which the advice holds, with the options `settings`.

@@ -1,6 +1,7 @@
 //! The command line that repeats a picture: a view, settings, and further options as a shell reads them back.
 
 use super::arguments::ViewArgs;
+use crate::base::shell_word::quoted;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
@@ -52,13 +53,4 @@ pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
         }
     }
     command
-}
-
-/// A word as a shell reads it back.
-pub fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./:,=+%@".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
 }

@@ -18,6 +18,8 @@ use crate::study::ledger::Ledger;
 use crate::study::library::Library;
 use crate::study::manifest::{Manifest, Request};
 use crate::study::outputs::{Outputs, Results};
+use crate::study::pages::Pages;
+use crate::study::pictures::Pictures;
 use crate::study::plan::{Plan, Resolved, rendered_on};
 use crate::study::results::Row;
 use crate::study::results_text;
@@ -53,7 +55,7 @@ pub struct Args {
     /// The scenes to study, by name or file, instead of the scenes of the plan; without them, all scenes of the plan
     /// are studied
     scenes: Vec<String>,
-    /// The folder for results, references and finished runs; a study continues with the finished runs in it
+    /// The folder for results, pages (index.html), references and finished runs; a study continues with the finished runs in it
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     output: Option<PathBuf>,
     /// The plan, which lists configurations and scenes: the name of one that comes with the program (see --list), or a
@@ -169,7 +171,8 @@ fn conduct(
         manifest.scenes = old.scenes;
     }
     let outputs = Outputs::new(folder.path());
-    let files = outputs.files();
+    let pages = Pages::new(folder.path(), &plan);
+    let files: Vec<PathBuf> = (outputs.files().into_iter()).chain(pages.files()).collect();
     let is_new = files
         .iter()
         .chain([&folder.manifest()])
@@ -178,6 +181,7 @@ fn conduct(
     let mut ledger = Ledger {
         store: Store::open(&folder.runs())?,
         library: Library::new(folder.references()),
+        pictures: Pictures::new(folder.pictures()),
         forecast: Forecast::default(),
     };
     let mut study = Study {
@@ -186,10 +190,12 @@ fn conduct(
         manifest,
         folder: &folder,
         outputs,
+        pages,
         interrupt: &interrupt,
         progress: Progress::of_whole("the study"),
         is_merged: merged.is_some(),
         written: None,
+        pages_written: None,
     };
     let own: Vec<Vec<&Resolved>> = (plan.scenes.iter())
         .map(|planned| rendered_on(&configurations, &planned.name).collect())
@@ -221,7 +227,9 @@ fn conduct(
     }
     rendered?;
     study.progress.finish();
-    report(&study.results(&mut ledger)?, shard)?;
+    let results = study.results(&mut ledger)?;
+    study.write_pages(&results, &mut ledger)?;
+    report(&results, shard)?;
     check_messages(&instance.validation_messages())
 }
 
@@ -283,12 +291,15 @@ struct Study<'a> {
     manifest: Manifest,
     folder: &'a Folder,
     outputs: Outputs,
+    pages: Pages,
     interrupt: &'a Interrupt,
     progress: Progress,
     /// True if the runs come from shards, which may have been rendered elsewhere.
     is_merged: bool,
     /// When the result files were last written, and how long that took.
     written: Option<(Instant, Duration)>,
+    /// The same for the pages, which take longer.
+    pages_written: Option<(Instant, Duration)>,
 }
 
 impl Study<'_> {
@@ -322,7 +333,10 @@ impl Study<'_> {
                         )));
                     }
                     self.manifest.write(&self.folder.manifest())?;
-                    self.results(ledger)?;
+                    let results = self.results(ledger)?;
+                    if self.pages_written.is_none() {
+                        self.write_pages(&results, ledger)?;
+                    }
                 }
                 let mut on_step = |ledger: &mut Ledger| self.step(ledger);
                 let mut work = Work::new(*site, &mut subject, ledger, &mut on_step);
@@ -343,14 +357,20 @@ impl Study<'_> {
     fn step(&mut self, ledger: &mut Ledger) -> Result<()> {
         self.progress.at(ledger.forecast.fraction());
         if self.interrupt.pending().is_some() {
-            self.results(ledger)?;
+            let results = self.results(ledger)?;
+            self.write_pages(&results, ledger)?;
             return self.interrupt.check(&kept(self.folder));
         }
-        let is_due = self.written.is_none_or(|(at, took)| {
-            at.elapsed() > WRITE_EVERY.max(took.div_f64(WRITING_FRACTION))
-        });
-        if is_due {
-            self.results(ledger)?;
+        let is_due = |written: Option<(Instant, Duration)>| {
+            written.is_none_or(|(at, took)| {
+                at.elapsed() > WRITE_EVERY.max(took.div_f64(WRITING_FRACTION))
+            })
+        };
+        if is_due(self.written) {
+            let results = self.results(ledger)?;
+            if is_due(self.pages_written) {
+                self.write_pages(&results, ledger)?;
+            }
         }
         Ok(())
     }
@@ -364,9 +384,18 @@ impl Study<'_> {
         Ok(results)
     }
 
+    /// Writes the pages with the results of this moment.
+    fn write_pages(&mut self, results: &Results, ledger: &mut Ledger) -> Result<()> {
+        let began = Instant::now();
+        let work = (self.plan, self.configurations);
+        self.pages.write(work, &self.manifest, results, ledger)?;
+        self.pages_written = Some((Instant::now(), began.elapsed()));
+        Ok(())
+    }
+
     /// Removes the result files, and the description of the study.
     fn remove(&self) {
-        let files = self.outputs.files().into_iter();
+        let files = self.outputs.files().into_iter().chain(self.pages.files());
         for file in files.chain([self.folder.manifest()]) {
             // What is not there need not be removed.
             let _ = std::fs::remove_file(file);

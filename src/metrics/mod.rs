@@ -3,6 +3,7 @@
 
 pub mod error;
 pub mod flip;
+pub mod relative;
 pub mod sharing;
 pub mod spectrum;
 pub mod statistics;

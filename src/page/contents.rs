@@ -56,6 +56,10 @@ pub struct Point {
     pub interval: Option<[f64; 2]>,
     /// The bias of the mean as a fraction of the reference, and the half-width of its 95 % interval.
     pub bias: (f64, f64),
+    /// The error divided by that of path tracing which had the same time, and the ends of the 95 % interval of this ratio, if
+    /// it was measured. If it is `None`, the page computes the ratio from the errors and the times of the two points.
+    #[serde(default)]
+    pub at_equal_time: Option<(f64, [f64; 2])>,
     /// The number of independent runs from which error and bias were computed.
     pub seeds: usize,
     /// The result of the comparison for these settings.
@@ -76,6 +80,8 @@ pub enum Standing {
     LeftOut,
     /// Most lit pixels are dark, so these settings cannot be advised, however small their error is.
     Empty,
+    /// The mean is certain to differ from that of the reference, so these settings cannot be advised.
+    Biased,
 }
 
 /// Pictures and numbers of one choice of settings, all measured at the size of the page's pictures.

@@ -141,6 +141,11 @@ impl Page {
     /// The error that path tracing has in the time of `point`: samples are added up.
     fn yardstick_error(&self, point: &Point) -> Option<(f64, Option<f64>)> {
         let yardstick = self.points.get(self.yardstick?)?;
+        if let Some((ratio, [low, high])) = point.at_equal_time {
+            // The interval of the ratio contains the noise of both errors.
+            let error = point.error / ratio;
+            return Some((error, Some(0.5 * (point.error / low - point.error / high))));
+        }
         let factor = (yardstick.milliseconds / point.milliseconds).sqrt();
         Some((
             factor * yardstick.error,
@@ -192,19 +197,22 @@ impl Page {
             name: point.name.clone(),
             time: time(point),
             error: error(point.error, half_width(point)),
-            relative: self
-                .yardstick_error(point)
-                .map_or(String::new(), |(value, _)| {
-                    format!("{:.2} ×", point.error / value)
-                }),
+            relative: match (point.at_equal_time, self.yardstick_error(point)) {
+                (Some((ratio, [low, high])), _) => format!("{ratio:.2} × ({low:.2}–{high:.2})"),
+                (None, Some((error, _))) if error > 0.0 => {
+                    format!("{:.2} ×", point.error / error)
+                }
+                _ => String::new(),
+            },
             bias: bias(point.bias),
             seeds: point.seeds,
             front: front[index],
             standing: match point.standing {
                 Standing::Advised => "advised",
-                Standing::Finalist => "finalist",
+                Standing::Finalist => "compared to the end",
                 Standing::LeftOut => "left out early",
                 Standing::Empty => "too dark to advise",
+                Standing::Biased => "biased",
             },
         };
         self.points.iter().enumerate().map(row).collect()
@@ -262,7 +270,7 @@ fn bias((value, half_width): (f64, f64)) -> String {
 }
 
 /// Text as HTML in which words between backticks are code.
-fn code(text: &str) -> Text {
+pub(super) fn code(text: &str) -> Text {
     let escaped = HtmlEscape(text).to_string();
     let parts = escaped.split('`').enumerate();
     let html = parts.map(|(index, part)| match index % 2 {
@@ -296,6 +304,7 @@ mod tests {
             error,
             interval: Some([0.9 * error, 1.1 * error]),
             bias: (0.001, f64::INFINITY),
+            at_equal_time: None,
             seeds: 4,
             standing: Standing::Finalist,
             exhibit: Some(Exhibit {
@@ -406,6 +415,16 @@ mod tests {
         assert_eq!(with("no reuse"), "56.6 % ± 5.7 %");
         assert_eq!(with("error than"), "2.8 × less");
         assert_eq!(page.rows()[0].relative, "0.35 ×");
+    }
+
+    #[test]
+    fn a_measured_ratio_replaces_the_computed_one() {
+        let mut page = page((1, 1));
+        page.points[0].at_equal_time = Some((0.4, [0.25, 0.5]));
+        assert_eq!(page.rows()[0].relative, "0.40 × (0.25–0.50)");
+        // 0.2 / 0.4, and half of the difference of 0.2 / 0.25 and 0.2 / 0.5.
+        assert_eq!(page.tiles()[2][0], "50.0 % ± 20.0 %");
+        assert_eq!(page.tiles()[3][0], "2.5 × less");
     }
 
     #[test]

@@ -141,7 +141,8 @@ function fillNoise() {
   const columns = [
     ["flicker", ({ exhibit }) => (exhibit.flicker ? [exhibit.flicker.value, percent(exhibit.flicker.value)] : [null, "not measured"])],
     ["flicker ÷ error", ({ exhibit }) => {
-      const ratio = exhibit.flicker ? exhibit.flicker.value / exhibit.errors.at(-1) : null;
+      const error = exhibit.errors.at(-1);
+      const ratio = exhibit.flicker && error > 0 ? exhibit.flicker.value / error : null;
       return [ratio, ratio === null ? "not measured" : short(ratio)];
     }],
     ["power below 1/8 cycles per pixel, 1 = white noise", ({ exhibit }) => [exhibit.low, short(exhibit.low)]],

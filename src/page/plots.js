@@ -33,8 +33,11 @@ const DASHES = ["", "9 4", "3 3", "12 3 3 3", "6 2", "2 5", "14 5", "8 3 2 3 2 3
 
 /** A logarithmic scale with ticks at 1, 2 and 5 times powers of ten, or fewer if those are too many. */
 function logScale(low, high, start, end) {
+  // Without a positive value, any range shows nothing.
+  if (!(low > 0 && high > low && high < Infinity)) [low, high] = [0.1, 1];
   const [a, b] = [Math.log(low), Math.log(high)];
-  const at = (value) => start + ((Math.log(value) - a) / (b - a)) * (end - start);
+  // A value of 0, such as the lower end of a wide interval, is drawn at the edge.
+  const at = (value) => start + ((Math.log(value > 0 ? value : low) - a) / (b - a)) * (end - start);
   const ticks = [];
   for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++) {
     for (const digit of [1, 2, 3, 5, 7]) {
@@ -150,7 +153,7 @@ function drawScatter(container, data, chosen, choose) {
       const [low, high] = point.interval.map((end) => y.at(end));
       draw(mark, "path", { class: "interval", d: `M${cx},${low}V${high}M${cx - 5},${low}h10M${cx - 5},${high}h10` });
     }
-    const isOpen = point.standing === "left-out" || point.standing === "empty";
+    const isOpen = point.standing === "left-out" || point.standing === "empty" || point.standing === "biased";
     if (point.standing === "advised") draw(mark, "circle", { class: "ring", cx, cy, r: 9 });
     draw(mark, "circle", { class: isOpen ? "dot open" : "dot", cx, cy, r: 4 });
     draw(mark, "circle", { class: "bubble", cx: bubble.x, cy: bubble.y, r: 11 });
@@ -174,6 +177,8 @@ function drawLines(container, lines, chosen, options) {
   const frame = frameOf(container, container.clientWidth < 500 ? 300 : 340);
   frame.right -= 34;
   const values = lines.flatMap((line) => line.values.map(([, value]) => value)).filter((v) => v > 0);
+  // Lines of zeros alone have no scale of their own.
+  if (!values.length) values.push(1);
   const [low, high] = options.y(Math.min(...values), Math.max(...values));
   const y = logScale(low, high, frame.bottom, frame.top);
   const ticks = options.xTicks.filter((_, i, all) => frame.right - frame.left > 400 || all.length < 9 || i % 2 === 0);

@@ -1,8 +1,9 @@
 //! Presets: named TOML files, compiled into the program, from which the user selects one. Each contains the settings in
 //! which the preset differs from the defaults.
 
-use super::settings::Settings;
+use super::settings::{Settings, flatten};
 use crate::base::nearest::nearest;
+use crate::base::shell_word::quoted;
 use crate::base::toml_text::TomlText;
 use crate::{Error, Result};
 use serde_json::Value;
@@ -89,14 +90,75 @@ impl Preset {
         }
     }
 
+    /// The settings that differ from those of the preset: pairs of the dotted key and the value in `settings`.
+    ///
+    /// # Errors
+    /// As for [`Self::settings`].
+    pub fn differences(&self, settings: &Settings) -> Result<Vec<(String, Value)>> {
+        let (mut changed, mut others) = (Vec::new(), Vec::new());
+        flatten("", &settings.to_value()?, &mut changed);
+        flatten("", &self.settings()?.to_value()?, &mut others);
+        changed.retain(|setting| !others.contains(setting));
+        Ok(changed)
+    }
+
     fn parse(&self) -> Result<Settings> {
         Settings::default().with(&TomlText::new(self.name, self.text).parse::<Value>()?)
     }
 }
 
+/// The settings that differ from those of the default preset, as TOML for `--config`.
+///
+/// # Errors
+/// As for [`Preset::settings`].
+pub fn changes(settings: &Settings) -> Result<String> {
+    let changed = Preset::named(DEFAULT)?.differences(settings)?;
+    Ok((changed.iter()).fold(String::new(), |text, (key, value)| {
+        text + &format!("{key} = {value}\n")
+    }))
+}
+
+/// The options of the command line that choose `settings`: the preset from which the fewest settings differ, and these.
+///
+/// # Errors
+/// As for [`Preset::settings`].
+pub fn options(settings: &Settings) -> Result<String> {
+    let mut nearest: Option<(&str, Vec<(String, Value)>)> = None;
+    for preset in PRESETS {
+        let changed = preset.differences(settings)?;
+        if (nearest.as_ref()).is_none_or(|(_, others)| changed.len() < others.len()) {
+            nearest = Some((preset.name, changed));
+        }
+    }
+    let (name, changed) = nearest.unwrap_or((DEFAULT, Vec::new()));
+    Ok(changed
+        .into_iter()
+        .fold(format!("--preset {name}"), |text, (key, value)| {
+            let value = value.as_str().map_or(value.to_string(), str::to_owned);
+            text + &format!(" --set {}", quoted(&format!("{key}={value}")))
+        }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn options_name_the_nearest_preset_and_what_differs() {
+        for preset in PRESETS {
+            let options = options(&preset.settings().unwrap()).unwrap();
+            assert_eq!(options, format!("--preset {}", preset.name));
+        }
+        let fast = Preset::named("fast").unwrap().settings().unwrap();
+        let changes = serde_json::json!({ "direct.visibility": "none" });
+        let settings = fast.with(&changes).unwrap();
+        let wanted = "--preset fast --set direct.visibility=none";
+        assert_eq!(options(&settings).unwrap(), wanted);
+        let default = Preset::named(DEFAULT).unwrap().settings().unwrap();
+        assert_eq!(super::changes(&default).unwrap(), "");
+        let text = super::changes(&default.with(&changes).unwrap()).unwrap();
+        assert_eq!(text, "direct.visibility = \"none\"\n");
+    }
 
     #[test]
     fn every_preset_is_valid_and_says_what_it_is_for() {

@@ -101,11 +101,10 @@ impl Bias {
                 difference
             }
         });
-        let over = |c: usize, value: f64| value / scale[c];
         Self {
             seeds: runs.len(),
-            relative: [0, 1, 2].map(|c| over(c, differences[c].mean)),
-            half_width: [0, 1, 2].map(|c| over(c, differences[c].t_interval_half_width(0.99))),
+            relative: [0, 1, 2].map(|c| differences[c].mean / scale[c]),
+            half_width: half_widths(&differences, &scale, 0.99),
             p_values: [0, 1, 2].map(|c| {
                 if is_exact[c] {
                     1.0
@@ -117,6 +116,11 @@ impl Bias {
             truth_errors: truth.map(|t| t.standard_error),
             scale,
         }
+    }
+
+    /// For each channel, the half-width of the interval around [`Self::relative`] that has the level `level`, such as 0.95.
+    pub fn half_widths(&self, level: f64) -> [f64; 3] {
+        half_widths(&self.differences, &self.scale, level)
     }
 
     /// The mean, over the three channels, of the radiance by which biases are divided ([`Reference::scale`]). Figures divide
@@ -165,6 +169,11 @@ impl Bias {
         let needed: Option<Vec<f64>> = needed.into_iter().collect();
         needed.map(|all| (all.into_iter().fold(seeds, f64::max) - seeds).ceil())
     }
+}
+
+/// The half-widths of the intervals of differences that have the level `level`, as fractions of `scale`.
+fn half_widths(differences: &[Estimate; 3], scale: &[f64; 3], level: f64) -> [f64; 3] {
+    [0, 1, 2].map(|c| differences[c].t_interval_half_width(level) / scale[c])
 }
 
 /// True if the magnitude of a difference from the reference and its standard error are both at most `rounding`, so that

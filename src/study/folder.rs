@@ -7,7 +7,7 @@ use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 /// The folder of a study's results, finished runs and references. While this value exists, the folder is locked against
-/// other studies. When it is dropped, an empty file of runs, an empty subfolder `references`, and empty folders that
+/// other studies. When it is dropped, an empty file of runs, its subfolders that are empty, and empty folders that
 /// [`Self::open`] created are removed.
 pub struct Folder {
     path: PathBuf,
@@ -20,7 +20,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Creates the folder at `path` if it does not exist, with the folders above it and its subfolder `references`, and
+    /// Creates the folder at `path` if it does not exist, with the folders above it and its subfolders, and
     /// locks it against other studies.
     ///
     /// # Errors
@@ -44,7 +44,9 @@ impl Folder {
             path: path.to_owned(),
             made,
         };
-        std::fs::create_dir_all(folder.references()).map_err(failed)?;
+        for subfolder in subfolders(path) {
+            std::fs::create_dir_all(subfolder).map_err(failed)?;
+        }
         Ok(folder)
     }
 
@@ -57,6 +59,11 @@ impl Folder {
     /// as one EXR file for each block of samples.
     pub fn references(&self) -> PathBuf {
         references(&self.path)
+    }
+
+    /// The path of the subfolder `pictures`, with the last frames of one run of each configuration, which only pages show.
+    pub fn pictures(&self) -> PathBuf {
+        pictures(&self.path)
     }
 
     /// True if the folder contains a finished run or a reference. Then the folder is not removed, and the same command can
@@ -85,7 +92,7 @@ impl Drop for Folder {
     }
 }
 
-/// Removes the file of runs and the subfolder `references` of `folder` if they are empty. Then removes the folders in `made`
+/// Removes the file of runs and the subfolders of `folder` if they are empty. Then removes the folders in `made`
 /// that are empty, in the order of that list. Errors are ignored, because the folders do no harm.
 fn take_away_empty(folder: &Path, made: &[PathBuf]) {
     let runs = runs(folder);
@@ -93,7 +100,9 @@ fn take_away_empty(folder: &Path, made: &[PathBuf]) {
         let _ = std::fs::remove_file(runs);
     }
     // Folders that hold something stay.
-    let _ = std::fs::remove_dir(references(folder));
+    for subfolder in subfolders(folder) {
+        let _ = std::fs::remove_dir(subfolder);
+    }
     for folder in made {
         let _ = std::fs::remove_dir(folder);
     }
@@ -112,6 +121,21 @@ pub fn runs(folder: &Path) -> PathBuf {
 /// The path of the subfolder with the references of a folder.
 pub fn references(folder: &Path) -> PathBuf {
     folder.join("references")
+}
+
+/// The path of the subfolder with the pictures of runs of a folder.
+pub fn pictures(folder: &Path) -> PathBuf {
+    folder.join("pictures")
+}
+
+/// The path of the subfolder with the pages of a folder.
+pub fn pages(folder: &Path) -> PathBuf {
+    folder.join("pages")
+}
+
+/// The subfolders that a study creates.
+fn subfolders(folder: &Path) -> [PathBuf; 3] {
+    [references(folder), pictures(folder), pages(folder)]
 }
 
 /// Creates or opens the file of finished runs in `folder`, and locks it. Returns `None` if another study has the lock, and
@@ -177,7 +201,7 @@ mod tests {
         assert!(folder.path().exists() && !folder.path().join("a").exists());
         std::fs::create_dir_all(&deep).unwrap();
         drop(Folder::open(&deep).unwrap());
-        assert!(deep.exists() && !deep.join("references").exists());
+        assert!(deep.exists() && deep.read_dir().unwrap().next().is_none());
         let kept = Folder::open(&deep).unwrap();
         std::fs::write(kept.references().join("x.exr"), "x").unwrap();
         assert!(kept.holds_results());

@@ -2,6 +2,7 @@
 
 use super::forecast::Forecast;
 use super::library::Library;
+use super::pictures::Pictures;
 use super::store::Store;
 
 /// The state of a study, from which its results can be computed at any moment.
@@ -10,6 +11,8 @@ pub struct Ledger {
     pub store: Store,
     /// The references.
     pub library: Library,
+    /// The pictures of runs, which only pages show.
+    pub pictures: Pictures,
     /// The steps of work that are done and to come.
     pub forecast: Forecast,
 }

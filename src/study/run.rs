@@ -1,5 +1,6 @@
 //! Renders one run, which is the frames of one configuration with one seed, and measures the frames against references.
 
+use super::pictures::LastFrames;
 use super::plan::Resolved;
 use super::reference::References;
 use crate::Result;
@@ -101,7 +102,7 @@ impl Run {
 
 /// Renders the frames of one configuration with one seed, and measures each against its reference. `renderer` must have been
 /// made for the settings of the configuration. `camera` is the moving camera from which the frames are seen; with `None`,
-/// the renderer's camera stands still.
+/// the renderer's camera stands still. The last frames are returned too, as pictures for pages.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at a frame's time.
@@ -111,7 +112,7 @@ pub fn measure(
     seed: u32,
     references: &References,
     camera: Option<&MovingCamera>,
-) -> Result<Run> {
+) -> Result<(Run, LastFrames)> {
     let began = Instant::now();
     renderer.restart(seed)?;
     let mut run = Run {
@@ -120,7 +121,7 @@ pub fn measure(
         bytes_per_pixel: renderer.bytes_per_pixel(),
         ..Run::default()
     };
-    let mut before: Option<Vec<[f32; 3]>> = None;
+    let mut frames = LastFrames::default();
     let mut judged: Vec<([f64; 3], Vec<f64>)> = Vec::new();
     for index in 0..configuration.frames {
         renderer.set_moment(configuration.clock.time(index), camera)?;
@@ -153,12 +154,12 @@ pub fn measure(
         run.clamped_mse.push(errors.clamped_mse);
         run.relmse.push(errors.relmse);
         run.median.push(reference.median_ratio(&picture));
-        let last = before.as_deref().map(|before| {
+        frames.push(picture);
+        let correlation = frames.before.as_deref().map(|before| {
             let before = (before, &references.of(index - 1).halves);
-            error_correlation(before, (&picture, &reference.halves))
+            error_correlation(before, (&frames.last, &reference.halves))
         });
-        run.correlation.push(last.unwrap_or(0.0));
-        before = Some(picture);
+        run.correlation.push(correlation.unwrap_or(0.0));
     }
     let each = 1.0 / judged.len() as f64;
     for (mean, blocks) in judged {
@@ -170,7 +171,7 @@ pub fn measure(
     }
     run.rejected = renderer.rejected()?;
     run.seconds = began.elapsed().as_secs_f64();
-    Ok(run)
+    Ok((run, frames))
 }
 
 /// The median time of each pass in one frame of `runs`, in the order in which the passes are executed. Frame 0, which has no

@@ -2,6 +2,7 @@
 //! all runs on the scene, because making them takes time.
 
 use super::identity::Identity;
+use super::pictures::LastFrames;
 use super::plan::Resolved;
 use super::reference::{References, Shot};
 use super::run::{self, Run};
@@ -115,7 +116,7 @@ impl Subject {
 
     /// Renders the run of a configuration with one seed, and measures its frames against `references`. If `counts` is true,
     /// the run also counts rays in its last frame; such a run is slower, and its shaders may round differently. The caller
-    /// sets the key of the run.
+    /// sets the key of the run. The last frames are returned as pictures.
     ///
     /// # Errors
     /// The device fails, or the scene cannot be rendered at a frame's time.
@@ -125,7 +126,7 @@ impl Subject {
         seed: u32,
         references: &References,
         counts: bool,
-    ) -> Result<Run> {
+    ) -> Result<(Run, LastFrames)> {
         let settings = configuration.settings.to_value()?.to_string();
         let renderer = match self.renderers.entry((settings, counts)) {
             Entry::Occupied(made) => made.into_mut(),
@@ -146,11 +147,9 @@ impl Subject {
             }
         };
         let camera = self.camera.as_ref();
-        let measured = run::measure(renderer, configuration, seed, references, camera)?;
-        Ok(Run {
-            scene: self.identity.scene.clone(),
-            ..measured
-        })
+        let (measured, frames) = run::measure(renderer, configuration, seed, references, camera)?;
+        let scene = self.identity.scene.clone();
+        Ok((Run { scene, ..measured }, frames))
     }
 }
 

@@ -6,6 +6,7 @@ use super::cell::Cell;
 use super::forecast::{Effort, Task};
 use super::ledger::{Ledger, OnStep};
 use super::library::BlockFile;
+use super::pictures::PICTURED_SEED;
 use super::plan::{Expect, Plan, Resolved};
 use super::planned_scene::PlannedScene;
 use super::reference::{MEASURING_BLOCKS, References, SampleBlocks};
@@ -384,7 +385,14 @@ impl<'a> Work<'a> {
     ) -> Result<()> {
         let references = self.known(configuration)?;
         let start = Instant::now();
-        let run = (self.subject).run(configuration, seed, &references, counts)?;
+        let (run, frames) = (self.subject).run(configuration, seed, &references, counts)?;
+        let cell = Self::cell(self.site, self.subject, configuration);
+        let (own, size) = (cell.key(configuration)?, cell.identity.size);
+        // Counting changes the shaders. A repetition makes only pictures that a study of an older version lacks.
+        let has_picture = || key != own && self.ledger.pictures.read(&own, size).is_some();
+        if seed == PICTURED_SEED && !counts && !has_picture() {
+            self.ledger.pictures.write(&own, size, &frames)?;
+        }
         self.ledger.store.add(super::run::Run { key, ..run })?;
         let task = self.site.task(effort, &configuration.name);
         let frames = u64::from(configuration.frames);

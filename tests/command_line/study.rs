@@ -1,5 +1,7 @@
 //! Tests of the command `study`: wrong plans, and studies that are stopped and continued.
 
+mod pages;
+
 use super::{fail, headwater, messages, succeed, text, validated};
 use headwater::image::Image;
 use std::path::Path;
@@ -148,6 +150,9 @@ fn stop_and_go_on(plan: &str) {
                 .iter()
                 .any(|row| row["seeds"].as_u64() > Some(0))
         );
+        let [page] = pages::pages(&parts).try_into().unwrap();
+        let known = page["points"].as_array().unwrap().len();
+        assert!(known > 0 && pages::pictures(&page) == known, "{known}");
     }
     let kept = std::fs::read_to_string(&runs).unwrap();
 
@@ -248,6 +253,9 @@ fn merge_three_shards(plan: &str) {
     for name in ["results.json", "results.csv", "schema.json"] {
         let [whole, merged] = [&whole, &merged].map(|folder| std::fs::read(folder.join(name)));
         assert!(whole.unwrap() == merged.unwrap(), "{name}");
+    }
+    for page in pages::pages(&merged) {
+        assert_eq!(pages::pictures(&page), 2);
     }
 
     for (folders, said) in [
@@ -411,7 +419,7 @@ mod thorough {
                 .spawn()
                 .unwrap();
             let began = Instant::now();
-            while !out.join("results.json").exists() && began.elapsed() < Duration::from_secs(60) {
+            while !out.join("index.html").exists() && began.elapsed() < Duration::from_secs(60) {
                 std::thread::sleep(Duration::from_millis(2));
             }
             // Moments from the start of the process until several runs are finished.
@@ -419,6 +427,8 @@ mod thorough {
             child.kill().unwrap();
             finished |= child.wait().unwrap().success();
             assert_eq!(rows(&out).len(), 2, "attempt {attempt}");
+            // Each page is a complete file.
+            pages::pages(&out);
             for name in ["results.csv", "times.csv"] {
                 let table = std::fs::read_to_string(out.join(name)).unwrap();
                 assert!(

@@ -79,7 +79,7 @@ fn each_frame_is_measured_against_its_own_reference() {
         let (_folder, mut library, mut subject) = subject(&playroom(&[moving], 1.0), 0);
         let configuration = configuration();
         let references = references(&mut library, &subject, &configuration, 4);
-        let run = subject.run(&configuration, 7, &references, false).unwrap();
+        let (run, _) = subject.run(&configuration, 7, &references, false).unwrap();
         assert_eq!(run.mse, [0.0; FRAMES as usize], "{moving}");
         for frame in 1..FRAMES {
             let [one, other] = [frame - 1, frame].map(|frame| &references.of(frame).mean);
@@ -98,7 +98,7 @@ fn a_control_shows_what_the_last_frame_shows() {
         .map(|configuration| references(&mut library, &subject, configuration, SAMPLES));
     assert!(references.differ() && !own.differ());
     assert!(std::ptr::eq(own.last(), references.last()));
-    let run = subject.run(&control, 7, &own, false).unwrap();
+    let (run, _) = subject.run(&control, 7, &own, false).unwrap();
     let rmse = run.mse[SAMPLES as usize - 1].max(0.0).sqrt();
     for frame in 0..FRAMES - 1 {
         let other = &references.of(frame).mean;

@@ -62,6 +62,7 @@ mod thorough {
             error,
             interval: Some([0.95 * error, 1.05 * error]),
             bias: (0.001, 0.002),
+            at_equal_time: None,
             seeds: 8,
             standing,
             exhibit: (standing != Standing::LeftOut).then_some(exhibit),

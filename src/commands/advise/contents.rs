@@ -1,6 +1,6 @@
 //! The contents of the page of an advice.
 
-use super::{Args, changes, command};
+use super::{Args, command};
 use crate::Result;
 use crate::advice::chain::Purpose;
 use crate::advice::exhibit::Gallery;
@@ -8,6 +8,7 @@ use crate::advice::front::{Front, Point, Verdict};
 use crate::advice::sentence;
 use crate::commands::session::OpenedScene;
 use crate::page::{Answer, Exhibit, Page, Standing};
+use crate::render::presets::changes;
 
 /// Makes the page from the measurements `front` and the pictures `gallery`. `fps` is the number of frames per second in
 /// commands.
@@ -45,6 +46,7 @@ pub fn page(
             // The first references of the race were too noisy for an interval to be honest.
             interval: (point.error.interval).filter(|_| rank < front.finalists.len()),
             bias: (point.bias.relative, point.bias.half_width),
+            at_equal_time: None,
             seeds: point.chains,
             standing,
             exhibit: exhibit.map(|exhibit| at_wanted_size(exhibit, point.milliseconds)),

@@ -10,6 +10,8 @@ use crate::study::ledger::Ledger;
 use crate::study::library::Library;
 use crate::study::manifest::Manifest;
 use crate::study::outputs::Outputs;
+use crate::study::pages::Pages;
+use crate::study::pictures::Pictures;
 use crate::study::shard::Shard;
 use crate::study::store::Store;
 use crate::{Error, Result};
@@ -34,7 +36,7 @@ pub struct Args {
     device: DeviceArgs,
 }
 
-/// Joins the runs and the references of the shards, and writes the results. If all shards are complete, the study then goes
+/// Joins the runs, the references and the pictures of the shards, and writes the results. If all shards are complete, the study then goes
 /// on with the work that depends on all results.
 ///
 /// # Errors
@@ -107,16 +109,20 @@ pub fn run(args: &Args) -> Result<()> {
                 store.add(run.clone())?;
             }
         }
-        copy_references(&folder::references(shard), &folder.references())?;
+        copy_pictures(&folder::references(shard), &folder.references())?;
+        copy_pictures(&folder::pictures(shard), &folder.pictures())?;
     }
     whole.write(&folder.manifest())?;
     let mut ledger = Ledger {
         store,
         library: Library::new(folder.references()),
+        pictures: Pictures::new(folder.pictures()),
         forecast: Forecast::default(),
     };
     let outputs = Outputs::new(folder.path());
-    let results = outputs.write((&plan, &configurations), &whole, &mut ledger)?;
+    let work = (&plan, configurations.as_slice());
+    let results = outputs.write(work, &whole, &mut ledger)?;
+    Pages::new(folder.path(), &plan).write(work, &whole, &results, &mut ledger)?;
     let lacking: usize = (results.rows.iter())
         .map(|row| (plan.seeds as usize).saturating_sub(row.seeds))
         .sum();
@@ -142,8 +148,8 @@ pub fn run(args: &Args) -> Result<()> {
     )
 }
 
-/// Copies the files of references that are not there yet.
-fn copy_references(from: &Path, to: &Path) -> Result<()> {
+/// Copies the EXR files that are not there yet.
+fn copy_pictures(from: &Path, to: &Path) -> Result<()> {
     let entries = match from.read_dir() {
         Ok(entries) => entries,
         // Empty folders are often lost on the way from one machine to another.
