@@ -2,8 +2,7 @@
 //! renders anyway. Only samples that pixels share need chains of their own.
 
 use super::candidates::Candidate;
-use super::chain::{Course, Observer, Purpose};
-use super::front::logarithms;
+use super::chain::{Course, Observer, Purpose, logarithms};
 use super::truth::Truth;
 use crate::Result;
 use crate::gpu::PassTime;
