@@ -333,9 +333,13 @@ fn announce(choice: &Choice, bounds: &Bounds<'_>, fps: Option<f64>) -> Result<()
     }
     let (frames, is_mean) = (choice.frames, choice.accumulates);
     notice(&format!(
-        "chosen: `{}`, {} of {frames} frames, {:.2} ms per frame, relMSE about {:.3e}",
+        "chosen: `{}`, {}, {:.2} ms per frame, relMSE about {:.3e}",
         choice.candidate.name,
-        if is_mean { "the mean" } else { "the last one" },
+        match (frames, is_mean) {
+            (1, _) => "one frame".to_owned(),
+            (_, true) => format!("the mean of {frames} frames"),
+            (_, false) => format!("the last one of {frames} frames"),
+        },
         choice.milliseconds_per_frame(),
         choice.relmse
     ));
