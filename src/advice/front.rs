@@ -86,6 +86,13 @@ impl Measured {
         }
     }
 
+    fn times(self, factor: f64) -> Self {
+        Self {
+            value: self.value * factor,
+            interval: self.interval.map(|ends| ends.map(|end| end * factor)),
+        }
+    }
+
     /// Half the width of the interval; infinite if it is not known.
     pub fn half_width(&self) -> f64 {
         self.interval
@@ -104,6 +111,11 @@ pub struct Point {
     pub milliseconds: f64,
     /// True if the time was measured at the wanted size, and does not follow from that of smaller frames.
     pub is_timed: bool,
+    /// The number of frames with which the errors were carried over from small pictures to those of the wanted size; 0 if
+    /// they are those of the race.
+    pub sized_frames: u32,
+    /// The factor by which the relMSE was multiplied for this; 1 without.
+    pub size_factor: f64,
     /// The error of a typical frame, or of the mean of all frames for [`Purpose::Mean`]: the root of its relMSE.
     pub error: Measured,
     /// The median over the lit pixels of a frame, divided by the references.
@@ -166,6 +178,8 @@ impl Point {
             chains: chains.len(),
             milliseconds: time.exp(),
             is_timed: true,
+            sized_frames: 0,
+            size_factor: 1.0,
             error: Measured::of_log(root),
             median: medians.sum::<f64>() / chains.len().max(1) as f64,
             bias: bias(chains, truth),
@@ -216,6 +230,20 @@ impl Point {
         self.milliseconds = milliseconds;
     }
 
+    /// Multiplies the relMSE of the race by `factor`, which was measured with `frames` frames, so that it is that of pictures
+    /// of the wanted size. An earlier factor is replaced.
+    pub fn carry_over(&mut self, factor: f64, frames: u32) {
+        let change = factor / self.size_factor;
+        let root = change.sqrt();
+        self.error = self.error.times(root);
+        self.largest_error *= root;
+        self.log_relmse.mean += change.ln();
+        for relmse in &mut self.of_means {
+            *relmse *= change;
+        }
+        (self.size_factor, self.sized_frames) = (factor, frames);
+    }
+
     /// The logarithm of relMSE × time, by which candidates are sorted.
     pub fn log_cost(&self) -> f64 {
         let times = self.log_times.iter().sum::<f64>() / self.log_times.len() as f64;
@@ -244,10 +272,7 @@ impl Point {
     pub fn error_in(&self, milliseconds: f64) -> Measured {
         let frames = milliseconds / self.milliseconds;
         let factor = (self.relmse_after(frames) / self.relmse_after(1.0)).sqrt();
-        Measured {
-            value: self.error.value * factor,
-            interval: self.error.interval.map(|ends| ends.map(|end| end * factor)),
-        }
+        self.error.times(factor)
     }
 }
 

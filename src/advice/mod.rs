@@ -13,6 +13,7 @@ pub mod front;
 pub mod need;
 pub mod race;
 pub mod sentence;
+pub mod sizing;
 pub mod truth;
 
 pub use candidates::Candidate;

@@ -143,6 +143,7 @@ mod tests {
     use crate::advice::candidates;
     use crate::advice::chain::Chain;
     use crate::advice::front::Verdict;
+    use crate::advice::sizing;
     use crate::advice::truth::{Observed, Truth};
 
     /// A point with the relMSE `of_means` of the mean of 1, 2, 4 … frames. That of a chain is the first one without history,
@@ -253,5 +254,28 @@ mod tests {
         })
         .unwrap();
         assert_eq!((bound.candidate.name.as_str(), bound.frames), ("quick", 3));
+    }
+
+    #[test]
+    fn errors_are_carried_over_with_as_many_frames_as_the_time_allows() {
+        let mut point = point("a", 100.0, &[0.4, 0.2, 0.1], false);
+        let frames =
+            |purpose, wanted, seconds| sizing::frames_for(&point, purpose, wanted, seconds);
+        assert_eq!(frames(Purpose::Mean, 5, 10.0), 4);
+        assert_eq!(frames(Purpose::Mean, 100, 1.0), 4);
+        assert_eq!(frames(Purpose::Mean, 5, 0.1), 0);
+        assert_eq!(frames(Purpose::Steady, 16, 3.0), 0);
+        assert_eq!(frames(Purpose::Steady, 16, 3.3), 16);
+        // A second factor replaces the first one.
+        for factor in [4.0, 0.25] {
+            point.carry_over(factor, 4);
+            assert!((point.relmse_after(2.0) - 0.2 * factor).abs() < 1e-9);
+            let error = 0.4f64.sqrt() * factor.sqrt();
+            assert!(
+                (point.error.value - error).abs() < 1e-9,
+                "{:?}",
+                point.error
+            );
+        }
     }
 }

@@ -60,7 +60,7 @@ pub struct Track<'a> {
 }
 
 impl Track<'_> {
-    fn renderer(&self, view: &View, candidate: &Candidate) -> Result<Renderer> {
+    pub(super) fn renderer(&self, view: &View, candidate: &Candidate) -> Result<Renderer> {
         Renderer::new(
             self.device,
             self.scene.clone(),

@@ -148,7 +148,7 @@ fn weights([first, second]: &[Picture; 2]) -> Picture {
 }
 
 /// The variance of the two pictures of a pair, divided by the squared references as in the relMSE.
-fn variance([first, second]: &[Picture; 2], references: &[Picture; 2]) -> f64 {
+pub(super) fn variance([first, second]: &[Picture; 2], references: &[Picture; 2]) -> f64 {
     let pixels = first.iter().zip(second);
     let pixels = pixels.zip(references[0].iter().zip(&references[1]));
     let values = pixels.flat_map(|((a, b), (r, s))| [0, 1, 2].map(|c| [a[c], b[c], r[c], s[c]]));

@@ -11,6 +11,7 @@ use crate::advice::cache::Place;
 use crate::advice::chain::Purpose;
 use crate::advice::need::{self, Choice, MOST_FRAMES, Need};
 use crate::advice::race::{self, Time, Track};
+use crate::advice::sizing;
 use crate::advice::{Candidate, Front, candidates};
 use crate::base::short_hash::short;
 use crate::render::presets::{self, Preset};
@@ -78,6 +79,11 @@ impl NeedArgs {
         Ok(Some(need))
     }
 }
+
+/// The part of `--measure-time` that two pictures of the wanted size may take for the error of one candidate.
+const SIZING_PART: f64 = 0.25;
+/// The largest number of measurements at the wanted size. The next candidate is chosen with the error of small pictures.
+const MOST_SIZED: u32 = 4;
 
 /// The arguments of `render` that decide how the need is met.
 pub struct Bounds<'a> {
@@ -176,18 +182,38 @@ pub fn choose(
             });
         has_reservoirs && (!is_bound || candidate != yardstick || candidates.len() == 1)
     };
+    let is_small = front.size != front.wanted_size;
+    let seconds = SIZING_PART * bounds.measure_time;
+    let mut sized = 0;
     let choice = loop {
         let choice = need::choose(&front, need, bounds.frames, is_allowed)?;
-        let point = front.point_of(&choice.candidate);
-        // The times of small frames say little about those of large ones.
-        match point.filter(|point| !point.is_timed && matches!(need, Need::Milliseconds(_))) {
-            Some(point) => {
-                race::measure_time(point, &track)?;
-                is_new = true;
+        let size = front.size;
+        let Some(point) = front.point_of(&choice.candidate) else {
+            break choice;
+        };
+        // The times of small frames say little about those of large ones, and neither do the errors.
+        if !point.is_timed && matches!(need, Need::Milliseconds(_)) {
+            race::measure_time(point, &track)?;
+        } else {
+            let frames = sizing::frames_for(point, purpose, choice.frames, seconds);
+            if is_small && frames != 0 && frames != point.sized_frames && sized < MOST_SIZED {
+                sized += 1;
+                let check = &mut || interrupt.check(NOTHING_WRITTEN);
+                sizing::carry_over(point, &track, size, frames, seconds, check)?;
+            } else {
+                break choice;
             }
-            None => break choice,
         }
+        is_new = true;
     };
+    let (small, wanted) = (front.size, front.wanted_size);
+    let point = front.point_of(&choice.candidate);
+    if is_small && point.is_some_and(|point| point.sized_frames == 0) {
+        notice(&format!(
+            "the error was measured in pictures of {} × {}, because those of {} × {} take too long; a longer --measure-time can measure them",
+            small.0, small.1, wanted.0, wanted.1
+        ));
+    }
     if let (Need::RelMse(wanted), false) = (need, choice.is_met)
         && choice.frames == MOST_FRAMES
     {
