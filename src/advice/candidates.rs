@@ -43,7 +43,7 @@ pub fn all(purpose: Purpose) -> Result<Vec<Candidate>> {
 }
 
 impl Candidate {
-    /// The complete settings.
+    /// The settings of the preset, with the changes of `set`.
     ///
     /// # Errors
     /// The preset or a setting is unknown.

@@ -14,6 +14,7 @@ pub mod need;
 pub mod race;
 pub mod sentence;
 pub mod sizing;
+pub mod timing;
 pub mod truth;
 
 pub use candidates::Candidate;

@@ -6,6 +6,7 @@ use super::chain::{self, Chain, Course, Observer};
 use super::choice::{compare, decide};
 use super::exhibit::{self, Gallery, Recorder};
 use super::front::{Front, Point, Verdict};
+use super::timing;
 use super::truth::{Added, Picture, Truth};
 use crate::base::progress::Watch;
 use crate::device_scene::GpuScene;
@@ -110,7 +111,8 @@ impl Track<'_> {
 pub struct Time {
     started: Instant,
     seconds: f64,
-    compilation: Duration,
+    /// The time that compilation took, which does not count.
+    pub(super) compilation: Duration,
 }
 
 impl Time {
@@ -134,7 +136,7 @@ impl Time {
     }
 
     /// True if the fraction `end` of the time will have passed after work of `more` seconds.
-    fn is_past(&self, end: f64, more: f64) -> bool {
+    pub(super) fn is_past(&self, end: f64, more: f64) -> bool {
         self.passed() + more > end * self.seconds
     }
 }
@@ -324,7 +326,7 @@ pub fn run(
     }
     drop(contestants);
     if is_small {
-        scale_times(&mut front, track, &mut time)?;
+        timing::scale(&mut front, track, &mut time)?;
     }
     let yardstick = front.finalists[0].clone();
     front.verdict = decide(&mut front.finalists, &yardstick);
@@ -454,37 +456,4 @@ fn truth(
     let halves = [&first, &second].map(|sums| in_f32(sums.mean(samples)));
     let errors = [&first, &second].map(|sums| in_f32(sums.standard_error(samples)));
     Ok((Truth::new(halves, &errors, samples), samples))
-}
-
-/// Replaces the times, which were measured at the smaller size, by times of the wanted size: those of the finalists are
-/// measured if there is time for a few frames; otherwise, and for the others, they follow from the number of pixels.
-fn scale_times(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Result<()> {
-    let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
-    let factor = pixels(front.wanted_size) / pixels(front.size);
-    for point in front.finalists.iter_mut().chain(&mut front.race) {
-        point.set_time(factor * point.milliseconds);
-        point.is_timed = false;
-    }
-    // Three frames of each are rendered to compile, and two to time.
-    let frames: f64 = front.finalists.iter().map(|p| p.milliseconds * 1e-3).sum();
-    if time.is_past(1.0, 5.0 * frames) {
-        return Ok(());
-    }
-    for point in &mut front.finalists {
-        time.compilation += measure_time(point, track)?;
-    }
-    Ok(())
-}
-
-/// Measures the time of a frame of the wanted size. Returns the time that the compilation took.
-///
-/// # Errors
-/// The device fails, or the scene cannot be rendered at the time of a frame.
-pub fn measure_time(point: &mut Point, track: &Track<'_>) -> Result<Duration> {
-    let start = Instant::now();
-    let mut renderer = track.renderer(track.view, &point.candidate)?;
-    let compilation = start.elapsed() + chain::warm_up(&mut renderer, track.course)?;
-    point.set_time(chain::time(&mut renderer, track.course)?);
-    point.is_timed = true;
-    Ok(compilation)
 }

@@ -12,6 +12,7 @@ use crate::advice::chain::Purpose;
 use crate::advice::need::{self, Choice, MOST_FRAMES, Need};
 use crate::advice::race::{self, Time, Track};
 use crate::advice::sizing;
+use crate::advice::timing;
 use crate::advice::{Candidate, Front, candidates};
 use crate::base::short_hash::short;
 use crate::render::presets::{self, Preset};
@@ -80,7 +81,7 @@ impl NeedArgs {
     }
 }
 
-/// The part of `--measure-time` that two pictures of the wanted size may take for the error of one candidate.
+/// The fraction of `--measure-time` that the pictures of the wanted size may take in one measurement of an error.
 const SIZING_PART: f64 = 0.25;
 /// The largest number of measurements at the wanted size. The next candidate is chosen with the error of small pictures.
 const MOST_SIZED: u32 = 4;
@@ -193,7 +194,7 @@ pub fn choose(
         };
         // The times of small frames say little about those of large ones, and neither do the errors.
         if !point.is_timed && matches!(need, Need::Milliseconds(_)) {
-            race::measure_time(point, &track)?;
+            timing::measure(std::iter::once(point), &track)?;
         } else {
             let frames = sizing::frames_for(point, purpose, choice.frames, seconds);
             if is_small && frames != 0 && frames != point.sized_frames && sized < MOST_SIZED {

@@ -91,7 +91,7 @@ pub fn run(command: &Command) -> Result<()> {
 }
 
 /// Writes the radiance of the sky `name` as an EXR file, an image by longitude and latitude with the zenith at the top.
-/// Returns an error if `set` is not empty, because the parameters of a sky are part of its name.
+/// Any option `--set` (in `set`) is an error, because `name` contains the parameters of the sky.
 fn write_sky(name: &str, set: &[String], output: &Path) -> Result<()> {
     if let Some(change) = set.first() {
         return Err(Error::input(format!(

@@ -39,8 +39,8 @@ pub struct LightSources {
 /// for shaders, and the light BVH is built from them.
 #[derive(Clone, Default)]
 pub struct Lights {
-    /// The emissive triangles in the device's world space, in the order of [`LightSources::emitter_triangles`], which
-    /// shaders index.
+    /// The emissive triangles in the device's world space. Shaders index them in the order of
+    /// [`LightSources::emitter_triangles`].
     pub triangles: Vec<GpuLight>,
     /// The punctual lights in the device's world space, in the order of the scene. Their indices follow those of the
     /// triangles.

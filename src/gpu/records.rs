@@ -140,7 +140,7 @@ impl Records {
         }
     }
 
-    /// Adds a buffer or image of `bytes` bytes, allocated under the name `name`, to the memory in use.
+    /// Adds a buffer or image of `bytes` bytes, allocated under the name `name`, to the record of the memory in use.
     pub(super) fn note_allocated(&self, name: &str, bytes: u64) {
         if let Ok(mut memory) = self.memory.lock() {
             let entry = memory.entry(name.to_owned()).or_default();

@@ -38,8 +38,8 @@ pub fn bytes(values: &[f32], most: f32) -> String {
     STANDARD.encode(values.iter().map(byte).collect::<Vec<u8>>())
 }
 
-/// The exposure, in stops and a multiple of 0.5, at which the brightest twentieth of the picture is about white. It is in
-/// [−30, 30].
+/// The exposure in stops at which the brightest twentieth of the picture is about white. It is a multiple of 0.5 in
+/// [−30, 30], and 0 for a black picture.
 pub fn exposure(picture: &[[f32; 3]]) -> f64 {
     let brightest = |p: &[f32; 3]| p.iter().copied().fold(0.0, f32::max);
     let mut values: Vec<f32> = picture.iter().map(brightest).collect();

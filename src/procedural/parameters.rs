@@ -59,8 +59,8 @@ impl Range {
     }
 }
 
-/// The declaration of one parameter of a procedural scene, by which values of the user are checked, and which `headwater
-/// scene list` shows.
+/// The declaration of one parameter of a procedural scene. The values of users are checked with it, and `headwater scene
+/// list` shows it.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Parameter {
     /// The name of the parameter on the command line.

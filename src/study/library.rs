@@ -22,7 +22,7 @@ pub struct Library {
 }
 
 impl Library {
-    /// The library of the files in `folder`.
+    /// A library of the references in `folder`, of which no file was read yet.
     pub fn new(folder: PathBuf) -> Self {
         Self {
             folder,

@@ -139,12 +139,12 @@ impl NearLight {
 pub struct LightBvhContents {
     /// The nodes of the tree in depth-first order, with their current boxes and powers.
     pub nodes: Vec<GpuLightNode>,
-    /// Two separate arrays: entry `i` has element `i` of both. The first (fields `light` and `before`) lists the lights in
-    /// the order of the tree's leaves, each with the sum of the integer weights of all lights before it; one more element
-    /// has the total. Shaders draw a light of a node by these sums. The second (fields `leaf` and `index`) has one element
-    /// per light of the scene, of any kind: the index in `nodes` of the leaf that contains the light (NONE if the tree lacks
-    /// the light), and the light's index in the first array. Shaders compute from it the probability with which a given
-    /// light is drawn.
+    /// Two arrays in one: entry `i` has element `i` of both. The first (fields `light` and `before`) lists the lights of the
+    /// tree in the order of its leaves. `before` is the sum of the integer weights of all lights before this one; one more
+    /// element has the total. Shaders use these sums to draw a light of a node. The second (fields `leaf` and `index`) has
+    /// one element per light of the scene, of any kind. `leaf` is the index in `nodes` of the leaf that contains the light
+    /// (NONE if the tree lacks it), and `index` is the light's index in the first array. Shaders use both to compute the
+    /// probability with which the light is drawn.
     pub entries: Vec<GpuLightEntry>,
 }
 

@@ -158,8 +158,8 @@ impl Net<'_> {
 }
 
 /// Reduces a closed surface to about `target` faces by collapsing edges. It keeps more faces if further collapses would fold
-/// the surface or make it non-manifold. `faces` has three indices of `points` per face; the removed faces are deleted from
-/// it, and some points are moved. Regions with a higher `weight`, a function of position, keep more faces.
+/// the surface or make it non-manifold. `faces` has three indices into `points` per face. Some faces are deleted, and some
+/// points are moved. `weight` gives a weight > 0 for a position; where it is higher, more faces are kept.
 pub fn simplify(
     points: &mut Vec<DVec3>,
     faces: &mut Vec<[usize; 3]>,

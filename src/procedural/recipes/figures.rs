@@ -150,7 +150,7 @@ fn materials() -> Vec<Material> {
 }
 
 /// The position on the ground below the camera, in units of the radius of the disc in which the figures are scattered.
-/// [`make`] multiplies it by this radius in metres, clamped to [5.1, 10.9]. The camera is then among the outer figures, but
+/// [`make`] multiplies it by this radius in metres, which it first clamps to [5.1, 10.9]. The camera is then among the outer figures, but
 /// not too close to the king.
 const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
 /// The minimum distance in metres between the figures and the point on the ground below the camera. It keeps figures from

@@ -21,8 +21,8 @@ const FREE_BYTES: u64 = 1 << 30;
 pub struct Unfolding(Cell<u64>);
 
 impl Unfolding {
-    /// Makes the limit for a glTF file from which no elements were read yet. `file_bytes` is the size of its buffers and of
-    /// its JSON together, in bytes.
+    /// The limit of memory for a glTF file, before any element is read. It grows with `file_bytes`, the size in bytes of the
+    /// file's JSON and of its buffers.
     pub fn of(file_bytes: u64) -> Self {
         Self(Cell::new(
             FREE_BYTES.saturating_add(file_bytes.saturating_mul(RATIO)),
