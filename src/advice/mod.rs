@@ -15,6 +15,7 @@ pub mod race;
 pub mod sentence;
 pub mod sizing;
 pub mod timing;
+pub mod track;
 pub mod truth;
 
 pub use candidates::Candidate;

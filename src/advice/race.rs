@@ -7,15 +7,13 @@ use super::choice::{compare, decide};
 use super::exhibit::{self, Gallery, Recorder};
 use super::front::{Front, Point, Verdict};
 use super::timing;
+use super::track::{Time, Track};
 use super::truth::{Added, Picture, Truth};
 use crate::base::progress::Watch;
-use crate::device_scene::GpuScene;
-use crate::gpu::Device;
 use crate::page::contents::Shared;
 use crate::render::{Lighting, Renderer, ResolvedSettings, Tracking, View};
 use crate::{Error, Result};
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// The part of the time until the references end, then the first and the second round of the race, as fractions. The final
 /// has the rest, except for what [`TIMING_PART`] takes.
@@ -46,30 +44,7 @@ const USEFUL_FRAMES: f64 = 2000.0;
 /// The number of pixels of the smallest pictures that a race renders, unless smaller ones are wanted.
 const LEAST_PIXELS: f64 = 1300.0;
 
-/// The inputs of a race: the scene on the device, the view, and the motion of the camera.
-pub struct Track<'a> {
-    /// The device.
-    pub device: &'a Arc<Device>,
-    /// The scene on the device.
-    pub scene: &'a Arc<GpuScene>,
-    /// The view at the size that the user wants.
-    pub view: &'a View,
-    /// The motion of the camera and of the scene.
-    pub course: &'a Course,
-    /// True if all candidates come into the final, so that all are measured well; false if the worse ones are left out.
-    pub keeps_all: bool,
-}
-
 impl Track<'_> {
-    pub(super) fn renderer(&self, view: &View, candidate: &Candidate) -> Result<Renderer> {
-        Renderer::new(
-            self.device,
-            self.scene.clone(),
-            view,
-            &candidate.settings()?,
-        )
-    }
-
     /// Measures the samples that pixels share, with a renderer that stores their origins. `None` if there is none.
     fn shared(
         &self,
@@ -104,40 +79,6 @@ impl Track<'_> {
         time.compilation += compiling.elapsed();
         let seed = view.seed.wrapping_mul(SPREAD).wrapping_add(EXHIBITS_SEED);
         exhibit::shared(&mut renderer, self.course, seed, &kinds, view.width).map(Some)
-    }
-}
-
-/// The time that a race may take. Compilation of shaders does not count.
-pub struct Time {
-    started: Instant,
-    seconds: f64,
-    /// The time that compilation took, which does not count.
-    pub(super) compilation: Duration,
-}
-
-impl Time {
-    /// Begins to count now.
-    pub fn of(seconds: f64) -> Self {
-        Self {
-            started: Instant::now(),
-            seconds,
-            compilation: Duration::ZERO,
-        }
-    }
-
-    /// The seconds that have passed, without compilation.
-    fn passed(&self) -> f64 {
-        (self.started.elapsed().saturating_sub(self.compilation)).as_secs_f64()
-    }
-
-    /// The fraction of the time that has passed, at most 1.
-    fn fraction(&self) -> f64 {
-        (self.passed() / self.seconds).min(1.0)
-    }
-
-    /// True if the fraction `end` of the time will have passed after work of `more` seconds.
-    pub(super) fn is_past(&self, end: f64, more: f64) -> bool {
-        self.passed() + more > end * self.seconds
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::chain::{Purpose, warm_up};
 use super::front::Point;
-use super::race::Track;
+use super::track::Track;
 use super::truth::{Added, Picture, variance};
 use crate::render::{Renderer, View};
 use crate::{Error, Result};

@@ -2,7 +2,7 @@
 
 use super::chain;
 use super::front::{Front, Point};
-use super::race::{Time, Track};
+use super::track::{Time, Track};
 use crate::Result;
 use std::time::{Duration, Instant};
 

@@ -36,6 +36,12 @@ pub fn page(
             _ => Standing::LeftOut,
         };
         let exhibit = gallery.of(candidate).cloned();
+        let path_traced = yardstick.map(|y| measured[y].error_in(point.milliseconds));
+        let at_equal_time = path_traced.and_then(|other| {
+            let [low, high] = other.interval?;
+            let ratio = |other| point.error.value / other;
+            Some((ratio(other.value), [ratio(high), ratio(low)]))
+        });
         points.push(crate::page::Point {
             name: candidate.name.clone(),
             settings: changes(&candidate.settings()?)?,
@@ -46,7 +52,7 @@ pub fn page(
             // The first references of the race were too noisy for an interval to be honest.
             interval: (point.error.interval).filter(|_| rank < front.finalists.len()),
             bias: (point.bias.relative, point.bias.half_width),
-            at_equal_time: None,
+            at_equal_time: (Some(rank) != yardstick).then_some(at_equal_time).flatten(),
             seeds: point.chains,
             standing,
             exhibit: exhibit.map(|exhibit| at_wanted_size(exhibit, point.milliseconds)),
