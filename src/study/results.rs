@@ -265,6 +265,10 @@ impl Row {
     }
 }
 
+/// The least number of seeds with which a row can be called biased. Two or three values can be almost equal by chance; the
+/// degrees of freedom of the test are then those of the reference, and its p-value is far too small (10⁻²⁹ was seen).
+const LEAST_SEEDS: usize = 4;
+
 /// Sets the verdict, the corrected p-value, the detectable bias and the missing work of all rows, when the rows of all
 /// scenes are complete. Holm's correction keeps the probability of any false verdict `biased` low. The tests of all rows
 /// that expect `unbiased` are corrected as one group, and those of all other rows as a second group.
@@ -294,9 +298,10 @@ pub fn judge(rows: &mut [Row]) {
                 .min_by(|a, b| a.largest_half_width().total_cmp(&b.largest_half_width()));
             let widest = finest.map_or(f64::INFINITY, Bias::largest_half_width);
             let seeds = finest.and_then(Bias::missing_seeds);
-            row.verdict = if row.corrected_p_value < LEVEL {
+            let is_enough = (row.deciding()).is_some_and(|(bias, _)| bias.seeds >= LEAST_SEEDS);
+            row.verdict = if row.corrected_p_value < LEVEL && is_enough {
                 Verdict::Biased
-            } else if widest > MAX_HALF_WIDTH {
+            } else if widest > MAX_HALF_WIDTH || row.corrected_p_value < LEVEL {
                 Verdict::Undecided
             } else {
                 Verdict::Unbiased
@@ -358,6 +363,9 @@ mod tests {
             (Expect::Any, 2048, 0.0, Verdict::Unbiased, false),
             (Expect::Any, 2048, 0.05, Verdict::Biased, false),
             (Expect::Any, 16, 0.0, Verdict::Undecided, false),
+            // Three seeds prove nothing, however far off they are.
+            (Expect::Biased, 3, 100.0, Verdict::Undecided, false),
+            (Expect::Biased, 4, 100.0, Verdict::Biased, false),
         ] {
             let mut rows = [row(expect, count, offset)];
             judge(&mut rows);
