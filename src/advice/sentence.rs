@@ -95,7 +95,7 @@ pub fn details(front: &Front) -> String {
         ),
     };
     format!(
-        "Error: root of the relMSE of {frames}, the geometric mean over {} seeds (the largest has {:.1} %), ± half of its 95 % interval, at {} × {} with two references of {} samples per pixel; {:.0} s, and {:.0} s for the compilation of shaders.",
+        "Error: root of the relMSE of {frames}, the geometric mean over {} seeds (the largest has {:.1} %), ± half of its 95 % interval, at {} × {} with two references of {} samples per pixel (and the frames of all candidates); measured in {:.0} s, after {:.0} s for the compilation of shaders.",
         front.finalists.first().map_or(0, |point| point.chains),
         front
             .finalists
