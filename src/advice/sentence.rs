@@ -2,6 +2,7 @@
 
 use super::chain::Purpose;
 use super::front::{Front, Measured, Point, Verdict};
+use crate::base::milliseconds;
 
 /// The advice: what to use, what it costs, how far off it is, and how it relates to path tracing and to another candidate.
 pub fn advice(front: &Front) -> String {
@@ -133,12 +134,7 @@ pub fn table(front: &Front) -> String {
 }
 
 fn time(point: &Point) -> String {
-    let about = if point.is_timed { "" } else { "about " };
-    match point.milliseconds {
-        ms if ms < 10.0 => format!("{about}{ms:.2} ms"),
-        ms if ms < 100.0 => format!("{about}{ms:.1} ms"),
-        ms => format!("{about}{ms:.0} ms"),
-    }
+    milliseconds::text(point.milliseconds, point.is_timed)
 }
 
 fn percent(error: &Measured) -> String {

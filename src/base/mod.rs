@@ -6,6 +6,7 @@ pub mod files;
 pub(crate) mod input_files;
 pub(crate) mod json;
 pub(crate) mod memory;
+pub(crate) mod milliseconds;
 pub(crate) mod nearest;
 pub mod out_of_memory;
 pub(crate) mod panics;

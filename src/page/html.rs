@@ -2,6 +2,7 @@
 
 use super::contents::{Exhibit, FrameMap, Page, Point, Standing};
 use super::pictures::{Reduction, bytes, exposure, rgb9e5};
+use crate::base::milliseconds;
 use crate::metrics::flip::flip;
 use crate::{Error, Result};
 use minijinja::value::{Serde, Value as Text};
@@ -246,12 +247,7 @@ fn half_width(point: &Point) -> Option<f64> {
 }
 
 fn time(point: &Point) -> String {
-    let about = if point.is_timed { "" } else { "about " };
-    match point.milliseconds {
-        ms if ms < 10.0 => format!("{about}{ms:.2} ms"),
-        ms if ms < 100.0 => format!("{about}{ms:.1} ms"),
-        ms => format!("{about}{ms:.0} ms"),
-    }
+    milliseconds::text(point.milliseconds, point.is_timed)
 }
 
 fn error(value: f64, half_width: Option<f64>) -> String {

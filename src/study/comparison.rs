@@ -21,9 +21,9 @@ const ITSELF: Ratio = Ratio {
 pub struct Entry<'a> {
     /// The configuration.
     pub configuration: &'a Resolved,
-    /// Its errors and its verdict.
+    /// The errors and the verdict of the configuration.
     pub row: &'a Row,
-    /// Its times, and its errors at equal time.
+    /// The times of the configuration, and its errors at equal time.
     pub cost: &'a Cost,
     /// True for the path tracing with which the others are compared.
     pub is_base: bool,

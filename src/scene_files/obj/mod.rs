@@ -88,7 +88,7 @@ pub(super) struct Untextured {
 
 impl Untextured {
     /// Loads the textures of the materials that faces use; their image files lie in `folder`. Returns the finished scene.
-    /// Its notices list what the reader assumed and ignored.
+    /// The notices of the result list what the reader assumed and ignored.
     ///
     /// # Errors
     /// The errors of [`maps::load`], for example an image file that is damaged, or one that is missing without the user's

@@ -103,7 +103,7 @@ pub fn reuse_constants(
     }
 }
 
-/// How many of `count` light samples are drawn from the light BVH: their number, and this number as a fraction of `count`.
+/// The light samples, of `count`, that are drawn from the light BVH: their number, and this as a fraction of `count`.
 /// The other samples are drawn among all lights, because the light BVH does not contain lights at infinite distance.
 /// `distant_fraction` is the probability that a draw among all lights selects such a light; the higher it is, the more
 /// samples are drawn among all lights. If `count` is 1, the returned number is 1, and the returned fraction is the
