@@ -49,6 +49,24 @@ impl Front {
         let mut points = self.finalists.iter_mut().chain(&mut self.race);
         points.find(|point| point.candidate == *candidate)
     }
+
+    /// Takes measured times of frames of the wanted size, in milliseconds. The times of the other candidates that are not
+    /// measured at that size change by the geometric mean of the factors by which these change.
+    pub(super) fn set_times(&mut self, times: &[(&Candidate, f64)]) {
+        let mut changes = Vec::new();
+        for (candidate, milliseconds) in times {
+            if let Some(point) = self.point_of(candidate) {
+                changes.push((milliseconds / point.milliseconds).ln());
+                point.set_time(*milliseconds);
+                point.is_timed = true;
+            }
+        }
+        let change = (changes.iter().sum::<f64>() / changes.len().max(1) as f64).exp();
+        let points = self.finalists.iter_mut().chain(&mut self.race);
+        for point in points.filter(|point| !point.is_timed) {
+            point.set_time(change * point.milliseconds);
+        }
+    }
 }
 
 /// The relation of the best candidate to the next one.

@@ -256,6 +256,30 @@ mod tests {
         assert_eq!((bound.candidate.name.as_str(), bound.frames), ("quick", 3));
     }
 
+    /// Small frames can take longer than their share, so the first measured time of a large frame corrects the others.
+    #[test]
+    fn a_measured_time_corrects_those_that_are_not_measured() {
+        let mut points = vec![
+            point("cheap", 40.0, &[0.4], true),
+            point("good", 100.0, &[0.1], true),
+        ];
+        points[1].candidate = candidates::all(Purpose::Mean).unwrap().remove(2);
+        for point in &mut points {
+            point.is_timed = false;
+        }
+        let cheap = points[0].candidate.clone();
+        let mut front = front(Purpose::Steady, points);
+        let of = |front: &Front| choose(front, Need::Milliseconds(60.0), None, |_| true).unwrap();
+        assert_eq!(of(&front).candidate, cheap);
+        front.set_times(&[(&cheap, 20.0)]);
+        let choice = of(&front);
+        assert!((choice.milliseconds - 50.0).abs() < 1e-9, "{choice:?}");
+        // A time that is measured stays.
+        front.set_times(&[(&choice.candidate, 70.0)]);
+        assert_eq!(of(&front).candidate, cheap);
+        assert_eq!(of(&front).milliseconds, 20.0);
+    }
+
     #[test]
     fn errors_are_carried_over_with_as_many_frames_as_the_time_allows() {
         let mut point = point("a", 100.0, &[0.4, 0.2, 0.1], false);

@@ -1,7 +1,8 @@
 //! The times of frames of the wanted size, which replace those of the smaller frames of a race.
 
+use super::candidates::Candidate;
 use super::chain;
-use super::front::{Front, Point};
+use super::front::Front;
 use super::track::{Time, Track};
 use crate::Result;
 use std::time::{Duration, Instant};
@@ -9,8 +10,8 @@ use std::time::{Duration, Instant};
 /// The number of rounds in which frames are timed.
 const TIMING_ROUNDS: u32 = 3;
 
-/// Replaces the times, which were measured at the smaller size, by times of the wanted size: those of the finalists are
-/// measured if there is time for a few frames; otherwise, and for the others, they follow from the number of pixels.
+/// Replaces the times, which were measured at the smaller size, by times of the wanted size. They follow from the number of
+/// pixels. Those of the finalists are measured if there is time for a few frames.
 pub(super) fn scale(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Result<()> {
     let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
     let factor = pixels(front.wanted_size) / pixels(front.size);
@@ -23,35 +24,36 @@ pub(super) fn scale(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Re
     if time.is_past(1.0, f64::from(3 + 2 * TIMING_ROUNDS) * frames) {
         return Ok(());
     }
-    time.compilation += measure(front.finalists.iter_mut(), track)?;
+    let finalists: Vec<Candidate> = front
+        .finalists
+        .iter()
+        .map(|point| point.candidate.clone())
+        .collect();
+    time.compilation += measure(front, &finalists, track)?;
     Ok(())
 }
 
-/// Measures the times of frames of the wanted size: the least one of each point, in rounds, so that a disturbance of the
-/// machine is not taken for a difference. Returns the time that the compilation took.
+/// Measures the times of frames of the wanted size: the least one of each candidate, in rounds, so that a disturbance of the
+/// machine is not taken for a difference. The times that are not measured yet change by the mean factor of those that are:
+/// small frames leave a GPU idle, so times do not grow with the number of pixels. Returns the time that the compilation took.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at the time of a frame.
-pub fn measure<'p>(
-    points: impl Iterator<Item = &'p mut Point>,
-    track: &Track<'_>,
-) -> Result<Duration> {
+pub fn measure(front: &mut Front, candidates: &[Candidate], track: &Track<'_>) -> Result<Duration> {
     let mut compilation = Duration::ZERO;
     let mut timed = Vec::new();
-    for point in points {
+    for candidate in candidates {
         let start = Instant::now();
-        let mut renderer = track.renderer(track.view, &point.candidate)?;
+        let mut renderer = track.renderer(track.view, candidate)?;
         compilation += start.elapsed() + chain::warm_up(&mut renderer, track.course)?;
-        timed.push((point, renderer, f64::INFINITY));
+        timed.push((candidate, renderer, f64::INFINITY));
     }
     for _ in 0..TIMING_ROUNDS {
         for (_, renderer, least) in &mut timed {
             *least = least.min(chain::time(renderer, track.course)?);
         }
     }
-    for (point, _, least) in timed {
-        point.set_time(least);
-        point.is_timed = true;
-    }
+    let times = timed.into_iter().map(|(candidate, _, ms)| (candidate, ms));
+    front.set_times(&times.collect::<Vec<_>>());
     Ok(compilation)
 }

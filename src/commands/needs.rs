@@ -195,7 +195,7 @@ pub fn choose(
         };
         // The times of small frames say little about those of large ones, and neither do the errors.
         if !point.is_timed && matches!(need, Need::Milliseconds(_)) {
-            timing::measure(std::iter::once(point), &track)?;
+            timing::measure(&mut front, std::slice::from_ref(&choice.candidate), &track)?;
         } else {
             let frames = sizing::frames_for(point, purpose, choice.frames, seconds);
             if is_small && frames != 0 && frames != point.sized_frames && sized < MOST_SIZED {

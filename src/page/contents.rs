@@ -10,6 +10,8 @@ pub type Picture = Vec<[f32; 3]>;
 pub struct Page {
     /// The question that the page answers, as its title.
     pub title: String,
+    /// The relative link to the page of all scenes; `None` if there is no such page.
+    pub overview: Option<String>,
     /// The answer.
     pub answer: Answer,
     /// The compared settings, the advised ones first.

@@ -35,6 +35,7 @@ impl Page {
                 include_str!("page.html"),
                 Serde(json!({
                     "title": self.title,
+                    "overview": self.overview,
                     "answer": self.answer,
                     "facts": self.facts,
                     "name": self.points.first().map(|p| &p.name),
@@ -330,6 +331,7 @@ mod tests {
         points[3].standing = Standing::Empty;
         Page {
             title: format!("Which preset for {HOSTILE}?"),
+            overview: None,
             answer: Answer {
                 is_decided: true,
                 sentence: format!("Use `good`, {HOSTILE}"),

@@ -110,6 +110,7 @@ impl Scene<'_> {
                 "Which settings for `{}`?",
                 self.planned.name.replace('`', "'")
             ),
+            overview: Some("../index.html".to_owned()),
             answer: comparison.answer(identity.size),
             points,
             yardstick: comparison.yardstick(),

@@ -85,6 +85,30 @@ fn advice_is_complete_and_its_command_works() {
     assert!(again.status.success(), "{}", messages(again.stderr));
 }
 
+/// Each purpose has a race, and `--keep-all` takes every candidate into the final.
+#[test]
+fn purposes_have_races_and_all_candidates_can_be_kept() {
+    for (purpose, options) in [("still", &["--keep-all"][..]), ("motion", &[])] {
+        let scene = [
+            "advise", "cornell", "--time", "1", "--width", "16", "--json",
+        ];
+        let output = headwater(&[&scene[..], &["--for", purpose], options].concat())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", messages(output.stderr));
+        let advice: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let front = &advice["front"];
+        assert_eq!(front["purpose"], purpose, "{front:#}");
+        let points = |key: &str| front[key].as_array().unwrap().clone();
+        let (finalists, race) = (points("finalists"), points("race"));
+        if options.is_empty() {
+            assert!(finalists.len() < race.len(), "{front:#}");
+        } else {
+            assert_eq!(finalists.len(), race.len(), "{front:#}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_measured_is_one_line_and_status_2() {
     for (arguments, said) in [

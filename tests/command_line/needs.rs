@@ -61,6 +61,19 @@ fn an_error_is_reached_and_the_printed_command_repeats_it() {
         "{said}"
     );
     assert!(read("first.exr") == read("second.exr"), "{said}");
+    // Neither the seed nor the need changes the measurements, but the light does.
+    let third = folder.join("third.exr");
+    for (changes, measures) in [(&["--seed", "8"][..], false), (&["--bounces", "2"], true)] {
+        let options = [
+            &["--target-relmse", "0.03", "--preset", "balanced"],
+            &changes[..],
+        ]
+        .concat();
+        let output = render(folder, &options, &third);
+        let said = messages(output.stderr);
+        assert!(output.status.success(), "{said}");
+        assert_eq!(said.contains("measuring"), measures, "{changes:?}: {said}");
+    }
 
     let reference = folder.join("reference.exr");
     let scene = ["reference", "cornell", "--width", "24", "--spp", "4096"];
@@ -74,6 +87,29 @@ fn an_error_is_reached_and_the_printed_command_repeats_it() {
     let relmse = compared["relmse"].as_f64().unwrap();
     // One picture scatters around the mean over seeds by about 10 %, and two seconds on a busy machine measure as badly.
     assert!((0.01..0.03).contains(&relmse), "{compared:#}");
+}
+
+/// Of the candidates that a large budget allows, the one with the least error is chosen, and the user's number of frames
+/// stays.
+#[test]
+fn a_budget_is_met_with_the_frames_that_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let options = [
+        "--budget-ms",
+        "1e5",
+        "--preset",
+        "balanced",
+        "--frames",
+        "3",
+    ];
+    let output = render(folder, &options, &folder.join("picture.exr"));
+    let said = messages(output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(
+        said.contains("chosen: `balanced`, the last one of 3 frames"),
+        "{said}"
+    );
 }
 
 /// What nothing meets is said, with the nearest; the picture is there all the same. What the user has bound is kept.

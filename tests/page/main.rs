@@ -83,6 +83,7 @@ mod thorough {
         }
         Page {
             title: format!("Which preset for `{HOSTILE}`?"),
+            overview: None,
             answer: Answer {
                 is_decided: true,
                 sentence: "Use `balanced`: 40 ms per frame, error 12 % ± 1 %.".to_owned(),

@@ -60,6 +60,7 @@ pub fn page(
     }
     Ok(Page {
         title: format!("Which preset for `{}`?", args.view.scene.replace('`', "'")),
+        overview: None,
         answer: Answer {
             is_decided,
             sentence: sentence::advice(front),

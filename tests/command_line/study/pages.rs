@@ -55,15 +55,20 @@ pub fn data(page: &Path) -> Value {
     serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap()
 }
 
-/// Asserts that the folder of a study has an overview that leads to a page for each of its scenes, and returns the data of
-/// these pages.
+/// Asserts that the folder of a study has an overview that leads to a page for each of its scenes, which lead back, and
+/// returns the data of these pages.
 pub fn pages(folder: &Path) -> Vec<Value> {
     let html = std::fs::read_to_string(folder.join("index.html")).unwrap();
     assert!(html.ends_with("</html>"), "{html}");
     let links = html.split("<a href=\"").skip(1);
     let links = links.map(|rest| rest.split_once('"').unwrap().0);
     links
-        .map(|link| data(&folder.join(link.replace("&#x2f;", "/"))))
+        .map(|link| {
+            let page = folder.join(link.replace("&#x2f;", "/"));
+            let html = std::fs::read_to_string(&page).unwrap();
+            assert!(html.contains("href=\"..&#x2f;index.html\""), "{link}");
+            data(&page)
+        })
         .collect()
 }
 
