@@ -1,4 +1,4 @@
-//! The times of frames of the wanted size, which replace those of the smaller frames of a race.
+//! Measures the times of frames of the wanted size, which replace the times of the smaller frames of a race.
 
 use super::chain;
 use super::front::{Front, Point};
@@ -6,11 +6,13 @@ use super::track::{Time, Track};
 use crate::Result;
 use std::time::{Duration, Instant};
 
-/// The number of rounds in which frames are timed.
+/// Number of rounds in which frames are timed. Each round times every candidate once, and the shortest time
+/// of a candidate counts.
 const TIMING_ROUNDS: u32 = 3;
 
-/// Replaces the times, which were measured at the smaller size, by times of the wanted size: those of the finalists are
-/// measured if there is time for a few frames; otherwise, and for the others, they follow from the number of pixels.
+/// Replaces the frame times of all candidates in `front`, which were measured in small pictures, by times for
+/// the wanted size. The finalists are timed at this size if `time` is sufficient for a few frames. All other
+/// times are computed in proportion to the number of pixels.
 pub(super) fn scale(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Result<()> {
     let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
     let factor = pixels(front.wanted_size) / pixels(front.size);
@@ -27,8 +29,10 @@ pub(super) fn scale(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Re
     Ok(())
 }
 
-/// Measures the times of frames of the wanted size: the least one of each point, in rounds, so that a disturbance of the
-/// machine is not taken for a difference. Returns the time that the compilation took.
+/// Measures the frame time of each candidate in `points` at the wanted size, and stores it there. The
+/// candidates are timed in turns over several rounds, and the shortest time counts, so that a disturbance of
+/// the machine does not look like a difference between candidates. Returns the time that the compilation
+/// took.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at the time of a frame.
