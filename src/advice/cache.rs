@@ -1,4 +1,5 @@
-//! The store of measured fronts, so that a scene is measured once for each device, driver, view and version of the program.
+//! Files that store fronts (the measured time and error of each candidate), so that a scene is measured only
+//! once for each device, driver, view and version of the program.
 
 use super::front::Front;
 use crate::base::files::write_atomically;
@@ -9,22 +10,25 @@ use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// A file of the store: what was measured, and under which conditions.
+/// The content of a file that stores a front. The conditions of the measurement are stored too, because two
+/// different conditions could have the same hash, which is the name of the file.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     conditions: Value,
     front: Front,
 }
 
-/// The place of one front in the store.
+/// The file that stores the front of one measurement. The conditions of the measurement decide the name of
+/// the file, and are compared when the file is read.
 pub struct Place {
     conditions: Value,
     file: Option<PathBuf>,
 }
 
 impl Place {
-    /// The place for a front that was measured under `conditions`: everything that its numbers depend on. Without a folder for
-    /// caches (`XDG_CACHE_HOME` or `HOME`), nothing is stored.
+    /// Determines the file for the front that is measured under `conditions`. These must contain everything
+    /// that the numbers depend on, such as scene, view, device and settings. The file is in the user's cache
+    /// folder (`XDG_CACHE_HOME`, or `.cache` in `HOME`). If neither variable is set, nothing is stored.
     pub fn of(conditions: Value) -> Self {
         let folder = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
         let folder = folder.filter(|folder| folder.is_absolute());
@@ -37,22 +41,25 @@ impl Place {
         }
     }
 
-    /// The path of the file; `None` if there is no folder for caches.
+    /// Path of the file that stores the front, even if it does not exist yet; `None` if there is no cache
+    /// folder.
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
 
-    /// The stored front; `None` if there is none for these conditions. A damaged file counts as none.
+    /// Reads the stored front. `None` if no front was stored under these conditions, if there is no cache
+    /// folder, or if the file is damaged; the candidates must then be measured.
     pub fn load(&self) -> Option<Front> {
         let text = std::fs::read(self.file.as_ref()?).ok()?;
         let stored: Stored = serde_json::from_slice(&text).ok()?;
         (stored.conditions == self.conditions).then_some(stored.front)
     }
 
-    /// Stores a front, if there is a folder for caches.
+    /// Writes `front` and the conditions of its measurement to the file, so that a later command need not
+    /// measure again. Does nothing if there is no cache folder.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The folder cannot be made, or the file cannot be written.
     pub fn store(&self, front: &Front) -> Result<()> {
         let Some(file) = &self.file else {
             return Ok(());

@@ -1,4 +1,4 @@
-//! The settings that a race compares.
+//! Candidates: the settings that the advice compares in a race. The file `candidates.toml` lists them.
 
 use super::chain::Purpose;
 use crate::Result;
@@ -9,18 +9,19 @@ use crate::render::settings::Integrator;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-/// Settings that can be advised: a preset, with changes.
+/// Settings that the advice can recommend: those of a preset, with some of them changed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Candidate {
-    /// The name, which the advice prints.
+    /// Name of the candidate, which the advice, its table and its page show.
     pub name: String,
-    /// The name of the preset.
+    /// Name of the preset, such as `fast`, whose settings the candidate begins with.
     pub preset: String,
-    /// The settings that differ from those of the preset: new values by dotted key.
+    /// Changed settings: the new value of each setting, by its dotted key, such as `direct.reuse`. All other
+    /// settings have the values of the preset.
     #[serde(default)]
     pub set: Map<String, Value>,
-    /// The purpose for which it races; `None` for all.
+    /// The only purpose for which the candidate is measured; `None` if it is measured for every purpose.
     #[serde(default, rename = "for", skip_serializing_if = "Option::is_none")]
     pub purpose: Option<Purpose>,
 }
@@ -31,10 +32,10 @@ struct List {
     candidates: Vec<Candidate>,
 }
 
-/// The candidates of a race for `purpose`, path tracing first. All are unbiased.
+/// The candidates that a race for `purpose` compares, path tracing first. All of them are unbiased.
 ///
 /// # Errors
-/// The list in the program is wrong, which a test excludes.
+/// The list that is compiled into the program is not valid; a test excludes this.
 pub fn all(purpose: Purpose) -> Result<Vec<Candidate>> {
     let text = TomlText::new("the list of candidates", include_str!("candidates.toml"));
     let mut candidates = text.parse::<List>()?.candidates;
@@ -43,17 +44,19 @@ pub fn all(purpose: Purpose) -> Result<Vec<Candidate>> {
 }
 
 impl Candidate {
-    /// The settings of the preset, with the changes of `set`.
+    /// The complete settings with which the candidate renders: those of its preset, with the changes of `set`
+    /// applied.
     ///
     /// # Errors
-    /// The preset or a setting is unknown.
+    /// The preset or a setting does not exist, or a value does not fit its setting.
     pub fn settings(&self) -> Result<Settings> {
         Preset::named(&self.preset)?
             .settings()?
             .with(&Value::Object(self.set.clone()))
     }
 
-    /// True if the candidate is path tracing, with which the others are compared.
+    /// True if the integrator of the candidate is path tracing. The other candidates are compared with this
+    /// one.
     ///
     /// # Errors
     /// As for [`Self::settings`].
@@ -61,7 +64,8 @@ impl Candidate {
         Ok(self.settings()?.integrator == Integrator::PathTracing)
     }
 
-    /// The options of the command line that choose these settings.
+    /// Command-line options that select these settings, such as `--preset fast --set direct.reuse=spatial`.
+    /// The advice prints them in a command that the user can run.
     pub fn options(&self) -> String {
         let mut options = format!("--preset {}", self.preset);
         for (key, value) in &self.set {

@@ -1,5 +1,6 @@
-//! A chain: the frames that one candidate renders with one seed. Frames of a chain depend on each other, so a chain is one
-//! independent observation.
+//! Chains. A chain is the sequence of frames that one candidate renders with one seed. These frames can
+//! depend on each other, because a frame reuses data of earlier ones, so a chain counts as one independent
+//! observation.
 
 use super::truth::{Added, Observed, Picture, Truth};
 use crate::Result;
@@ -10,22 +11,24 @@ use crate::scene::{Camera, MovingCamera};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
-/// The purpose of an advice, which decides which frames are measured.
+/// Purpose of an advice: the kind of picture that the user wants. It decides how many frames a candidate
+/// renders with each seed, and which of them are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Purpose {
-    /// A single frame without history
+    /// A single frame without history: a candidate renders and measures only frame 0 with each seed.
     Still,
-    /// A late frame of a camera at rest
+    /// A late frame of a camera at rest: the second half of the frames is measured.
     Steady,
-    /// A late frame of a camera that moves; it moves sideways where the scene's own camera does not move
+    /// A late frame of a moving camera or scene: only the last frame is measured. If the scene's own camera
+    /// does not move, the camera of the view can move sideways instead ([`Course::view`]).
     Motion,
-    /// The mean of all frames of a camera at rest
+    /// The mean of all frames of a camera at rest: this one picture is measured.
     Mean,
 }
 
 impl Purpose {
-    /// The number of frames of a chain, which is the frames that one candidate renders with one seed, one after the other.
+    /// Number of frames in a chain, which is the sequence of frames that one candidate renders with one seed.
     pub const fn frames(self) -> u32 {
         match self {
             Self::Still => 1,
@@ -36,7 +39,8 @@ impl Purpose {
         }
     }
 
-    /// The indices of the frames that are measured. Those of a camera at rest show the same, so several count.
+    /// True if the frame with the index `frame`, counted from 0 for each seed, is measured. If the camera is
+    /// at rest, all frames show the same picture, so several of them are measured.
     pub(super) fn is_measured(self, frame: u32) -> bool {
         match self {
             Self::Still | Self::Motion => frame + 1 == self.frames(),
@@ -46,25 +50,31 @@ impl Purpose {
     }
 }
 
-/// The number of frames that a candidate without history renders for [`Purpose::Mean`]: its frames are independent, so the
-/// error of their mean follows from that of one.
+/// Number of frames that a candidate without history renders with each seed for [`Purpose::Mean`]. Its frames
+/// are independent, so the relMSE of the mean of [`Purpose::frames`] frames is computed from the relMSE of
+/// this shorter mean.
 const INDEPENDENT_FRAMES: u32 = 8;
 
-/// The motion of the camera and of the scene in the frames of a chain.
+/// The motion of the camera and of the scene in the frames that a candidate renders with one seed, and the
+/// purpose of the advice, which decides the number of these frames.
 pub struct Course {
-    /// The purpose of the advice.
+    /// Purpose of the advice, which decides how many frames a candidate renders with each seed.
     pub purpose: Purpose,
-    /// The clock of the scene, if something in it moves and the purpose is motion.
+    /// Time in the scene that each frame shows. `None` if nothing in the scene moves, or if the purpose is
+    /// not [`Purpose::Motion`]; the time then does not change.
     pub clock: Option<Clock>,
-    /// The camera of the scene, if it moves by itself.
+    /// The animated camera of the scene, which is evaluated at the time of each frame. `None` if the purpose
+    /// is not [`Purpose::Motion`], or if this camera does not move during the rendered frames.
     pub camera: Option<MovingCamera>,
-    /// The camera of the view, and the distance in scene units by which it moves to its right in each frame; it arrives at the
-    /// view in the last frame. The distance is 0 if it does not move.
+    /// The camera of the view, and the distance, in scene units, by which it moves to its right in each
+    /// frame. It reaches the position of the view in the last frame. A distance of 0 means that it does not
+    /// move sideways.
     pub view: (Camera, f64),
 }
 
 impl Course {
-    /// Sets the time and the camera of a frame.
+    /// Sets the time and the camera of `renderer` to those of the frame with the index `frame`, counted from
+    /// 0 for each seed.
     ///
     /// # Errors
     /// The camera of the scene has no direction at that time.
@@ -84,28 +94,34 @@ impl Course {
     }
 }
 
-/// The measurements of one chain.
+/// The measurements of one chain (the sequence of frames that one candidate renders with one seed).
 #[derive(Clone, Debug)]
 pub struct Chain {
-    /// The mean over the measured frames (of the relMSE: the geometric mean) or, for [`Purpose::Mean`], the measurements of the
-    /// mean of all frames.
+    /// Error, median brightness and mean radiance of the measured frames. The relMSE is the geometric mean
+    /// over these frames; the other values are arithmetic means. For [`Purpose::Mean`], all values are those
+    /// of one picture, the mean of all frames.
     pub observed: Observed,
-    /// The relMSE of the mean of the first 1, 2, 4 … measured frames, for [`Purpose::Mean`] and for candidates without history.
-    /// Otherwise empty.
+    /// The relMSE of the mean of the first 1, 2, 4, … measured frames: entry `i` is for 2^i frames. Empty if
+    /// the candidate has history and the purpose is not [`Purpose::Mean`].
     pub of_means: Vec<f64>,
-    /// The median time of a frame on the device, in milliseconds.
+    /// Median time of a frame on the device, in milliseconds. The first of several frames does not count,
+    /// because it has no history and so less work.
     pub milliseconds: f64,
 }
 
-/// Receives the frames of chains.
+/// A receiver of all frames that a candidate renders for a measurement, for example to record them for a
+/// page.
 pub trait Observer {
-    /// Receives the frame with the index `index`: the times of its passes, and its linear RGB radiance, row by row.
+    /// Receives the frame with the index `index`, counted from 0 for each seed: the times of its passes, and
+    /// its linear RGB radiance, one value per pixel, row by row from the top. `truth` has the references from
+    /// which its error can be computed.
     fn frame(&mut self, index: u32, passes: &[PassTime], picture: &[[f32; 3]], truth: &Truth);
 }
 
-/// Renders one chain, and returns it with the mean of its measured frames. A renderer without history renders these frames
-/// alone. All passes must have run before ([`warm_up`]), so that no time contains compilation.
-/// The observer also receives frames that are not measured.
+/// Renders one chain (the sequence of frames that one candidate renders with one seed). Returns its
+/// measurements, and the mean picture of its measured frames; `None` if no frame was measured. A renderer
+/// without history renders only the measured frames. All passes must have run before ([`warm_up`]), so that
+/// no time contains compilation. `observer` receives all rendered frames, even those that are not measured.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at the time of a frame.
@@ -174,7 +190,8 @@ pub fn render(
     Ok((chain, pictures.mean()))
 }
 
-/// Renders the first frames of a chain, so that all passes are compiled. Returns the time that the compilation took.
+/// Renders the first frames of a measurement (at most 3), so that all passes are compiled. Returns an
+/// estimate of the time on the host that the compilation took, without the time for rendering.
 ///
 /// # Errors
 /// As for [`render`].
@@ -194,10 +211,11 @@ pub fn warm_up(renderer: &mut Renderer, course: &Course) -> Result<Duration> {
     Ok(all.saturating_sub(rendering))
 }
 
-/// The seed of frames that only compile. No chain has it.
+/// Seed of frames that are rendered only to compile or to time passes. No error is measured with this seed.
 const WARM_UP_SEED: u32 = u32::MAX;
 
-/// The time of a late frame on the device, in milliseconds: the smaller one of two. All passes must have run before.
+/// Time on the device of the last frame that a candidate renders with one seed, in milliseconds: the smaller
+/// one of two measurements. All passes must have run before, so that the time contains no compilation.
 ///
 /// # Errors
 /// As for [`render`].
@@ -216,9 +234,10 @@ pub fn time(renderer: &mut Renderer, course: &Course) -> Result<f64> {
     Ok(least)
 }
 
-/// The logarithms of several measurements of one relMSE. The noise of the references can make one of them almost zero, or
-/// negative, if the picture is almost perfect. It then counts as a tenth of the median. A picture with a value that is not a
-/// number is infinitely wrong.
+/// Natural logarithms of several measurements of one relMSE, in the same order. If a picture is almost
+/// perfect, the noise of the references can make its relMSE almost 0 or even negative. So a value below a
+/// tenth of the median counts as a tenth of the median. A NaN counts as infinity, so that a picture with
+/// invalid values is the worst.
 pub fn logarithms(relmse: &[f64]) -> Vec<f64> {
     let least = (0.1 * median(relmse.iter().copied())).max(1e-12);
     let logarithm = |value: &f64| match value.is_nan() {

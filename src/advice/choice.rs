@@ -1,23 +1,28 @@
-//! The choice among measured candidates.
+//! The decision of a race: which measured candidate is recommended, and how certain this recommendation is.
 
 use super::front::{Point, Verdict};
 use std::cmp::Ordering;
 
-/// The largest half-width of the interval of an error, as a fraction of the error, with which something can be said.
+/// Maximum half-width of the 95 % interval of an error, as a fraction of the error, for a recommendation. If
+/// the interval of the best candidate is wider, the verdict is [`Verdict::Undecided`].
 const WIDEST_ERROR: f64 = 0.5;
 
-/// The largest half-width of the interval of a ratio of errors at equal time, as its logarithm, with which two candidates
-/// count as equal. Candidates whose ratio is not known so well are only not known to differ.
+/// Maximum half-width of the 95 % interval of the logarithm of the ratio of two errors at equal time, with
+/// which two candidates can count as equal. If the interval is wider, the measurement is too inaccurate to
+/// call them equal.
 const EQUAL: f64 = 0.1;
 
-/// Compares two points by their error at equal time; an empty picture loses.
+/// Compares two measured candidates by their error at equal time; the better one is `Less`. A candidate with
+/// an empty picture ([`Point::is_empty`], relative to `path_tracing`) is worse than all others.
 pub fn compare(a: &Point, b: &Point, path_tracing: &Point) -> Ordering {
     let empty = |point: &Point| point.is_empty(path_tracing);
     let costs = [a, b].map(Point::log_cost);
     (empty(a).cmp(&empty(b))).then(costs[0].total_cmp(&costs[1]))
 }
 
-/// Sorts the points of the final, the advised one first, and says how it relates to the next one.
+/// Sorts the measured candidates of the final: the recommended one comes first, its closest competitor
+/// second. Returns the result of the comparison of these two. `path_tracing` is the yardstick by which empty
+/// pictures are found.
 pub fn decide(points: &mut [Point], path_tracing: &Point) -> Verdict {
     points.sort_by(|a, b| compare(a, b, path_tracing));
     let [first, others @ ..] = points else {
@@ -68,8 +73,8 @@ mod tests {
     use crate::advice::chain::{Chain, Purpose};
     use crate::advice::truth::{Observed, Truth};
 
-    /// A point with the given relMSE, time in milliseconds and median, from eight chains that scatter by the fraction
-    /// `scatter`.
+    /// A candidate with the given relMSE, frame time in milliseconds and median brightness. They come from
+    /// eight chains, whose relMSE differs from `relmse` by at most the fraction `scatter`.
     fn point(relmse: f64, milliseconds: f64, median: f64, scatter: f64) -> Point {
         let truth = Truth::new(
             [vec![[1.0; 3]; 4], vec![[1.0; 3]; 4]],

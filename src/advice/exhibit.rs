@@ -1,5 +1,6 @@
-//! Exhibits: pictures and further numbers of the candidates, for a page. Most of them are recorded from chains that the race
-//! renders anyway. Only samples that pixels share need chains of their own.
+//! Exhibits: the pictures and further numbers of the candidates that an HTML page shows, such as the error of
+//! each frame and the flicker. Most of them are recorded from chains that the race renders anyway. Only the
+//! samples that pixels share need chains of their own.
 
 use super::candidates::Candidate;
 use super::chain::{Course, Observer, Purpose, logarithms};
@@ -13,22 +14,26 @@ use crate::page::contents::{Exhibit, FrameMap, Picture, Shared};
 use crate::render::{Lighting, Renderer};
 use crate::shader_interface::ReservoirAov;
 
-/// The number of chains that are recorded per candidate. More would only cost time.
+/// Number of chains (sequences of frames with one seed) per candidate that are recorded for the pictures and
+/// numbers on a page. Recording more chains would take time without a visible effect.
 const RECORDED_CHAINS: u32 = 8;
-/// The number of pixels, over all chains, from which a spectrum is computed at most. It is then exact to about 1 %.
+/// Number of pixels, summed over the pictures of a candidate, after which no further picture is added to the
+/// spectrum of its error. The spectrum then has a relative error of about 1 %.
 const SPECTRUM_PIXELS: usize = 1 << 20;
 
-/// The exhibits of a race.
+/// The exhibits (pictures and further numbers) of all candidates of a race, which a page shows.
 #[derive(Default)]
 pub struct Gallery {
-    /// The mean of the two references.
+    /// The mean of the two references: linear RGB radiance, one value per pixel, row by row from the top.
     pub reference: Picture,
-    /// The candidates with their exhibits.
+    /// The recorded candidates, each with its exhibit (pictures and further numbers); the finalists come
+    /// first.
     pub exhibits: Vec<(Candidate, Exhibit)>,
 }
 
 impl Gallery {
-    /// The exhibit of a candidate.
+    /// The exhibit (pictures and further numbers) of `candidate`; `None` if nothing was recorded for this
+    /// candidate.
     pub fn of(&self, candidate: &Candidate) -> Option<&Exhibit> {
         let mut all = self.exhibits.iter();
         all.find(|(own, _)| own == candidate)
@@ -36,27 +41,34 @@ impl Gallery {
     }
 }
 
-/// Records the frames of the chains of one candidate.
+/// Records the frames of one candidate's chains, and computes the candidate's [`Exhibit`] from them.
 pub struct Recorder {
     purpose: Purpose,
-    /// The width and the height of the frames, in pixels.
+    /// Width and height of the frames, in pixels.
     size: (usize, usize),
-    /// The number of chains that are complete.
+    /// Number of chains (sequences of frames with one seed) that were recorded to their last frame.
     chains: u32,
-    /// The last frame.
+    /// The frame that was recorded last: linear RGB radiance, one value per pixel, row by row from the top.
+    /// The flicker is computed from its difference to the next frame.
     last: Picture,
-    /// The relMSE of each frame of each chain, with the index of the frame.
+    /// The relMSE of each recorded frame, together with the index of the frame, counted from 0 for each seed.
+    /// Empty unless the purpose is [`Purpose::Steady`], because only then the references show the picture of
+    /// every frame.
     errors: Vec<(u32, f64)>,
-    /// The times of passes of one frame, for each frame: those of passes with the same name are summed up.
+    /// Times on the device for each recorded frame: the name of each pass, and the sum of the times of its
+    /// runs in milliseconds. The first of several frames is left out, because it has no history and so less
+    /// work.
     passes: Vec<Vec<(String, f64)>>,
-    /// The squared relative change of each pixel from one frame to the next, summed up over `pairs` pairs of frames.
+    /// The squared relative change of each pixel from one frame to the next, summed over `pairs` pairs of
+    /// frames; one value per pixel. The flicker is computed from it.
     changes: Vec<f32>,
     pairs: u32,
     spectrum: Spectrum,
 }
 
 impl Recorder {
-    /// A recorder of frames with `size` (width, height) pixels.
+    /// Makes an empty recorder for the frames of a candidate. `purpose` decides the number of frames per
+    /// seed, and `size` is (width, height) of the frames in pixels.
     pub fn new(purpose: Purpose, size: (u32, u32)) -> Self {
         Self {
             purpose,
@@ -71,17 +83,20 @@ impl Recorder {
         }
     }
 
-    /// Forgets everything.
+    /// Removes all recorded data, so that the exhibit shows only chains that are recorded later, in the
+    /// final.
     pub fn clear(&mut self) {
         *self = Self::new(self.purpose, (self.size.0 as u32, self.size.1 as u32));
     }
 
-    /// True if further frames are needed.
+    /// True if further frames are to be recorded; false if enough seeds were recorded for the exhibit on the
+    /// page.
     pub fn wants_more(&self) -> bool {
         self.chains < RECORDED_CHAINS
     }
 
-    /// The exhibit of the recorded frames; `None` if there are none.
+    /// Computes the exhibit from the recorded frames; `None` if no chain is complete. The samples that pixels
+    /// share are not part of it ([`Exhibit::shared`] is `None`).
     pub fn exhibit(&self) -> Option<Exhibit> {
         (self.chains > 0).then(|| Exhibit {
             picture: self.last.clone(),
@@ -95,7 +110,9 @@ impl Recorder {
         })
     }
 
-    /// The error of each frame. One of path tracing stands for all, because frames do not depend on each other.
+    /// The error (root of the relMSE) of each frame of a chain, as the geometric mean over the chains. A
+    /// candidate without history does not render all frames; each missing frame then has the error of the
+    /// last one. Empty unless the purpose is [`Purpose::Steady`].
     fn errors(&self) -> Vec<f64> {
         let mean = |frame: u32| {
             let own = self.errors.iter().filter(|(index, _)| *index == frame);
@@ -169,7 +186,8 @@ impl Observer for Recorder {
     }
 }
 
-/// The times of a frame by name, in the order in which the names come first.
+/// The times of a frame in milliseconds: one entry per pass name, with the sum over the runs of this pass.
+/// The entries are in the order in which the names first occur.
 fn sums(passes: &[PassTime]) -> Vec<(String, f64)> {
     let mut sums: Vec<(String, f64)> = Vec::new();
     for pass in passes {
@@ -181,8 +199,10 @@ fn sums(passes: &[PassTime]) -> Vec<(String, f64)> {
     sums
 }
 
-/// Renders the frames of a chain, and compares the samples in the reservoirs of the last frame. `renderer` stores their
-/// origins.
+/// Renders the frames of a chain with the seed `seed`, and measures which fraction of the neighbouring pixels
+/// share a sample in the reservoirs of the last frame. `kinds` selects the reservoirs (direct or indirect
+/// light); the result has one entry for each, in this order. `renderer` must store the origins of samples.
+/// `width` is the width of the frames in pixels.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at the time of a frame.
@@ -230,7 +250,7 @@ mod tests {
 
     const SIZE: (u32, u32) = (24, 16);
 
-    /// A grey picture, with independent errors of ± 20 % if there is a generator of random numbers.
+    /// A grey picture with radiance 1. With `random`, each pixel has an independent error of +20 % or −20 %.
     fn picture(random: Option<&mut Random>) -> Picture {
         let mut picture = vec![[1.0; 3]; (SIZE.0 * SIZE.1) as usize];
         if let Some(random) = random {
@@ -250,7 +270,8 @@ mod tests {
         }
     }
 
-    /// The exhibit of frames with independent errors, whose indices are `frames`, from four chains.
+    /// The exhibit that is recorded from four chains. In each chain, the frames with the indices `frames` are
+    /// rendered, with independent errors.
     fn exhibit(purpose: Purpose, frames: std::ops::Range<u32>) -> Exhibit {
         let truth = Truth::new([picture(None), picture(None)], &[vec![], vec![]], 64);
         let mut recorder = Recorder::new(purpose, SIZE);

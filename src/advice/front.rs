@@ -1,5 +1,5 @@
-//! The measurements of a race: for each candidate, the time of a frame and its error. A front can be stored, and a choice
-//! made from it later.
+//! The result of a race, called a front: the frame time and the error of each candidate. It can be stored,
+//! and settings can be chosen from it later without another race.
 
 use super::candidates::Candidate;
 use super::chain::{Chain, Purpose, logarithms};
@@ -7,44 +7,51 @@ use super::truth::Truth;
 use crate::metrics::statistics::Estimate;
 use serde::{Deserialize, Serialize};
 
-/// The smallest median brightness of a candidate's frame, as a fraction of that of a path-traced frame. The median is that
-/// of the lit pixels, each divided by the reference. A candidate below this limit is not advised: a picture whose pixels
-/// are mostly dark can have a small error, because it is clean, but it is empty.
+/// Minimum median brightness of a candidate's frame, as a fraction of that of a path-traced frame. The
+/// brightness of a lit pixel is its luminance divided by that of the reference. A candidate below this limit
+/// is never recommended: a picture whose pixels are mostly dark can have a small error, because it has little
+/// noise, but it is useless.
 const LEAST_MEDIAN: f64 = 0.5;
 
-/// The measured candidates of one scene, view and device.
+/// The result of a race: the measured candidates of one scene, view and device, and the conditions of the
+/// measurement.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Front {
-    /// The purpose, which decided which frames were measured.
+    /// Purpose of the advice, which decided which frames were measured.
     pub purpose: Purpose,
-    /// The width and the height of the measured frames, in pixels.
+    /// Width and height, in pixels, of the frames in which errors were measured.
     pub size: (u32, u32),
-    /// The width and the height that the user wants; the times hold for them.
+    /// Width and height, in pixels, of the picture that the user wants. The frame times of all points are for
+    /// this size.
     pub wanted_size: (u32, u32),
-    /// The number of samples per pixel of each of the two references.
+    /// Number of samples per pixel of each of the two path-traced references.
     pub reference_samples: u32,
-    /// The relation of the first finalist to the second one.
+    /// Result of the comparison of the first finalist with the second one, at equal time.
     pub verdict: Verdict,
-    /// The points of the final, whose seeds the race did not use, the advised one first.
+    /// The measurements of the candidates in the final, the recommended one first. They come from seeds that
+    /// the race did not use.
     pub finalists: Vec<Point>,
-    /// The points of all candidates in the race. They decided who came into the final. The first references of the race are
-    /// noisy, so these errors tend to be too large, and their intervals do not show this.
+    /// The measurements of all candidates in the race, which decided which candidates came into the final.
+    /// The race measures its first errors with references that are still noisy. So these errors tend to be
+    /// too large, and their intervals do not show this.
     pub race: Vec<Point>,
-    /// The seconds that were spent on rendering and loading.
+    /// Time on the host, in seconds, that the race took, without the compilation of shaders.
     pub seconds: f64,
-    /// The seconds that were spent on the compilation of shaders.
+    /// Time on the host, in seconds, that the compilation of shaders took.
     pub compilation_seconds: f64,
 }
 
 impl Front {
-    /// The points of all candidates, the finalists first.
+    /// The measurements of all candidates, one entry per candidate: the finalists first, with their values
+    /// from the final, then the others.
     pub fn points(&self) -> Vec<&Point> {
         let is_final = |p: &&Point| self.finalists.iter().any(|f| f.candidate == p.candidate);
         let others = self.race.iter().filter(|point| !is_final(point));
         self.finalists.iter().chain(others).collect()
     }
 
-    /// The point of a candidate, that of the final if it has one.
+    /// The measurements of `candidate`, which the caller can change: those of the final, or those of the race
+    /// if the candidate was not in the final. `None` if the candidate was not measured.
     pub fn point_of(&mut self, candidate: &Candidate) -> Option<&mut Point> {
         let mut points = self.finalists.iter_mut().chain(&mut self.race);
         points.find(|point| point.candidate == *candidate)
@@ -69,32 +76,38 @@ impl Front {
     }
 }
 
-/// The relation of the best candidate to the next one.
+/// Result of the comparison of the best candidate with its closest competitor. The text of the advice depends
+/// on it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// The first point is better at equal time.
+    /// The first candidate has a smaller error at equal time than all others. No difference is explained by
+    /// chance, at a confidence of 95 %.
     Better,
-    /// The first two points cannot be told apart at equal time, and the first one is cheaper.
+    /// The first two candidates have the same error at equal time, within the accuracy of the measurement. A
+    /// frame of the first one takes less time.
     Cheaper,
-    /// The first point has the smaller error at equal time in this measurement, but compared with the second one it may be
-    /// chance.
+    /// The first candidate has the smallest error at equal time in this measurement, but its advantage over
+    /// the second one may be due to chance.
     Likely,
-    /// Too little is known. The measurement must take about so many times as long.
+    /// The error of the best candidate is too uncertain for a recommendation. The value is a factor: the
+    /// measurement must take about this many times as long.
     Undecided(f64),
 }
 
-/// A number with its 95 % interval.
+/// An estimated number, such as an error, with its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// The estimate.
+    /// Estimated value, for example the error of a candidate (root of the relMSE).
     pub value: f64,
-    /// The lower and the upper end of the interval; null if it is not known.
+    /// Lower and upper end of the 95 % confidence interval, in the unit of the value; `None` (`null` in JSON)
+    /// if it is not known, for example after only one measurement.
     pub interval: Option<[f64; 2]>,
 }
 
 impl Measured {
-    /// The estimate `log` of the logarithm of a positive number, as that number.
+    /// Converts `log`, an estimate of the natural logarithm of a positive number, to an estimate of the
+    /// number itself.
     fn of_log(log: Estimate) -> Self {
         let half_width = log.t_interval_half_width(0.95);
         Self {
@@ -111,74 +124,86 @@ impl Measured {
         }
     }
 
-    /// Half the width of the interval; infinite if it is not known.
+    /// Half the width of the 95 % confidence interval, in the unit of the value; infinite if the interval is
+    /// not known.
     pub fn half_width(&self) -> f64 {
         self.interval
             .map_or(f64::INFINITY, |[low, high]| 0.5 * (high - low))
     }
 }
 
-/// The measurements of one candidate.
+/// The measurements of one candidate in a race: its frame time, error, brightness and bias.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Point {
-    /// The candidate.
+    /// The candidate (settings with a name) that was measured.
     pub candidate: Candidate,
-    /// The number of independent chains.
+    /// Number of independent measurements, one per seed, from which the values were computed.
     pub chains: usize,
-    /// The time of a frame on the device, in milliseconds, at the wanted size.
+    /// Time of a frame of the wanted size on the device, in milliseconds.
     pub milliseconds: f64,
-    /// True if the time was measured at the wanted size, and does not follow from that of smaller frames.
+    /// True if the frame time was measured at the wanted size; false if it was computed from the time of
+    /// smaller frames, in proportion to the number of pixels.
     pub is_timed: bool,
-    /// The number of frames with which the errors were carried over from small pictures to those of the wanted size; 0 if
-    /// they are those of the race.
+    /// Number of frames per picture with which the errors, measured in small pictures, were corrected to the
+    /// wanted size ([`Self::carry_over`]); 0 if the errors are those of the race.
     pub sized_frames: u32,
-    /// The factor by which the relMSE was multiplied for this; 1 without.
+    /// Factor by which the relMSE of the race was multiplied to correct it from small pictures to the wanted
+    /// size; 1 if it was not corrected.
     pub size_factor: f64,
-    /// The error of a typical frame, or of the mean of all frames for [`Purpose::Mean`]: the root of its relMSE.
+    /// Error (root of the relMSE) of a typical frame or, for [`Purpose::Mean`], of the mean of all frames.
     pub error: Measured,
-    /// The median over the lit pixels of a frame, divided by the references.
+    /// Median over the lit pixels of a frame of their luminance, divided by that of the reference. It is
+    /// small if most pixels are dark.
     pub median: f64,
-    /// The bias of the mean of the picture, as a fraction of the reference: in the channel where it is found, or else in the
-    /// one where it can be largest.
+    /// Bias of the mean radiance of the picture, as a fraction of the reference's mean in its brightest
+    /// channel. It is that of the colour channel with a significant bias or, without one, of the channel
+    /// whose bias can be largest.
     pub bias: Bias,
-    /// The logarithm of the relMSE of a typical frame, with its standard error.
+    /// Natural logarithm of the relMSE of a typical frame or, for [`Purpose::Mean`], of the mean of all
+    /// frames: mean over the seeds, with its standard error.
     pub log_relmse: Estimate,
-    /// The error of the chain with the largest one.
+    /// Largest error (root of the relMSE) that was measured with a single seed. It shows how bad a frame can
+    /// be with an unlucky seed.
     pub largest_error: f64,
-    /// True if a frame depends on those before it. Frames without history are independent.
+    /// True if a frame reuses data of earlier frames. Frames without history are independent, so the relMSE
+    /// of their mean is inversely proportional to their number.
     pub has_history: bool,
-    /// The relMSE of the mean of the first 1, 2, 4 … frames, for [`Purpose::Mean`] and for candidates without history.
-    /// Otherwise empty.
+    /// The relMSE of the mean of the first 1, 2, 4, … frames, as the geometric mean over the seeds: entry `i`
+    /// is for 2^i frames. Empty if the candidate has history and the purpose is not [`Purpose::Mean`].
     pub of_means: Vec<f64>,
-    /// The logarithms of the frame times of the chains, in the order in which they took turns with those of other candidates.
+    /// Natural logarithms of the frame times in milliseconds, one per seed, in the order of the measurements.
+    /// Values of two candidates with the same index were measured shortly after each other, so they are
+    /// compared in pairs.
     pub log_times: Vec<f64>,
 }
 
-/// A bias, with the half-width of its 95 % interval.
+/// Estimated bias of the mean radiance of a picture, with the half-width of its 95 % confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bias {
-    /// The bias.
+    /// Estimated bias, as a fraction of the mean of the reference; positive if the picture is too bright.
     pub relative: f64,
-    /// The half-width of the interval.
+    /// Half-width of the 95 % confidence interval of the bias, as a fraction of the mean of the reference.
     pub half_width: f64,
 }
 
 impl Bias {
-    /// The largest bias that the interval contains.
+    /// The largest magnitude of the bias that the confidence interval contains, as a fraction of the mean of
+    /// the reference. The advice prints it as the bound above which no bias was found.
     pub fn bound(&self) -> f64 {
         self.relative.abs() + self.half_width
     }
 
-    /// True if the interval does not contain 0.
+    /// True if the confidence interval does not contain 0; the advice then warns of a bias.
     pub fn is_found(&self) -> bool {
         self.relative.abs() > self.half_width
     }
 }
 
 impl Point {
-    /// Summarises the chains of a candidate whose frames are independent. The relMSE is the geometric mean over the chains.
-    /// Rare bright pixels decide the arithmetic mean: in `two-rooms`, intervals of twenty chains contained the value of a
-    /// thousand in two cases of three only.
+    /// Computes the summary of a candidate from `chains`, its measurements with one seed each; `truth` has
+    /// the references for the bias. Frames count as independent, so the caller must set `has_history` if they
+    /// are not. The relMSE is the geometric mean over the seeds. An arithmetic mean would depend on rare
+    /// bright pixels, and its confidence interval would often miss the true value.
     pub fn of(candidate: &Candidate, chains: &[Chain], truth: &Truth) -> Self {
         let relmse: Vec<f64> = chains.iter().map(|chain| chain.observed.relmse).collect();
         let times: Vec<f64> = chains.iter().map(|chain| chain.milliseconds.ln()).collect();
@@ -209,10 +234,13 @@ impl Point {
         }
     }
 
-    /// The relMSE of the mean of `frames` frames or, with history and unless means were measured, of a single one. A part of a
-    /// frame has so much more. More frames than were measured lower it in proportion, except for two effects: frames share
-    /// their history, and a mean of more frames is more likely to have one of the rare bright pixels that a typical frame
-    /// lacks. So the product of relMSE and frames rises, and its rise is taken to halve with each doubling of the frames.
+    /// The expected relMSE of the mean of `frames` frames, interpolated between the entries of
+    /// [`Self::of_means`]. Less than one frame means a part of its samples; the relMSE is then inversely
+    /// proportional to `frames`. For more frames than were measured, the product of relMSE and `frames` still
+    /// rises, because frames share their history and long means are more likely to contain a rare bright
+    /// pixel; the rise is assumed to halve with each doubling of `frames`. If fewer than three means were
+    /// measured, the result is computed from the relMSE of a single frame: unchanged with history, divided by
+    /// `frames` without.
     pub fn relmse_after(&self, frames: f64) -> f64 {
         let [first, .., before, last] = *self.of_means.as_slice() else {
             let single = self.log_relmse.mean.exp();
@@ -238,8 +266,8 @@ impl Point {
         last * (rise * (1.0 - (-further).exp2()) - further * 2f64.ln()).exp()
     }
 
-    /// Replaces the time of a frame, in milliseconds. Those of chains, by which candidates are compared, change by the same
-    /// factor.
+    /// Replaces the frame time by `milliseconds`. All values of [`Self::log_times`], by which candidates are
+    /// compared, are changed by the same factor.
     pub fn set_time(&mut self, milliseconds: f64) {
         let change = (milliseconds / self.milliseconds).ln();
         for time in &mut self.log_times {
@@ -248,8 +276,9 @@ impl Point {
         self.milliseconds = milliseconds;
     }
 
-    /// Multiplies the relMSE of the race by `factor`, which was measured with `frames` frames, so that it is that of pictures
-    /// of the wanted size. An earlier factor is replaced.
+    /// Corrects all errors from the small pictures of the race to pictures of the wanted size: multiplies the
+    /// relMSE by `factor`, which was measured with `frames` frames per picture. The factor of an earlier call
+    /// is replaced.
     pub fn carry_over(&mut self, factor: f64, frames: u32) {
         let change = factor / self.size_factor;
         let root = change.sqrt();
@@ -262,14 +291,17 @@ impl Point {
         (self.size_factor, self.sized_frames) = (factor, frames);
     }
 
-    /// The logarithm of relMSE × time, by which candidates are sorted.
+    /// Natural logarithm of relMSE × frame time (in milliseconds), by which candidates are sorted, the
+    /// smallest first. It does not change if independent frames are averaged, so it compares errors at equal
+    /// time.
     pub fn log_cost(&self) -> f64 {
         let times = self.log_times.iter().sum::<f64>() / self.log_times.len() as f64;
         self.log_relmse.mean + times
     }
 
-    /// The logarithm of the error at equal time, relative to that of `other`. Chains that took turns are compared in their times,
-    /// so that a disturbance of the machine has no effect.
+    /// Natural logarithm of the ratio of this candidate's error to that of `other` at equal time; negative if
+    /// this candidate is better. The frame times are compared in pairs that were measured shortly after each
+    /// other, so that a disturbance of the machine has no effect.
     pub fn log_error_at_equal_time(&self, other: &Self) -> Estimate {
         let pairs = self.log_times.iter().zip(&other.log_times);
         let time = Estimate::of(&pairs.map(|(own, other)| own - other).collect::<Vec<f64>>());
@@ -281,12 +313,14 @@ impl Point {
         }
     }
 
-    /// True if a frame leaves so many pixels dark that it cannot be advised, however small its error is.
+    /// True if so many lit pixels of a frame are dark, compared with the frame of `path_tracing`, that the
+    /// candidate must not be recommended, however small its error is.
     pub fn is_empty(&self, path_tracing: &Self) -> bool {
         self.median < LEAST_MEDIAN * path_tracing.median
     }
 
-    /// The error that this point, which is path tracing, has in the time `milliseconds`: samples are added up.
+    /// Error (root of the relMSE) of path tracing in the time `milliseconds` on the device, in which it can
+    /// add up more or fewer samples than in one frame. `self` must have the measurements of path tracing.
     pub fn error_in(&self, milliseconds: f64) -> Measured {
         let frames = milliseconds / self.milliseconds;
         let factor = (self.relmse_after(frames) / self.relmse_after(1.0)).sqrt();
@@ -294,7 +328,8 @@ impl Point {
     }
 }
 
-/// The geometric means of lists of one length, value by value.
+/// Geometric means of lists of equal length, value by value: entry `i` of the result is the mean of the
+/// entries `i` of all lists.
 fn mean_of<'a>(lists: impl ExactSizeIterator<Item = &'a [f64]> + Clone) -> Vec<f64> {
     let count = lists.len() as f64;
     let length = lists.clone().next().map_or(0, <[f64]>::len);

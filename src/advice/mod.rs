@@ -1,8 +1,9 @@
-//! Advice: measures, for one scene on one device, how much a frame of each preset costs and how far off it is, and says
-//! which one to use.
+//! Advice on settings: for one scene, view and device, measures the frame time and the error of each
+//! candidate (a preset, possibly with changed settings), and recommends one of them.
 //!
-//! The candidates race by successive halving. Their errors are measured with two independent references, so that the noise
-//! of the references is taken out, and the numbers that are printed come from seeds that the race did not use.
+//! The candidates are compared in a race: after each round, the worse ones are left out (successive halving).
+//! Errors are measured against two references with independent noise, so that this noise does not change the
+//! expected errors. The printed numbers come from seeds that the race did not use.
 
 pub mod cache;
 pub mod candidates;

@@ -1,57 +1,62 @@
-//! The choice of settings by need: by the time that a frame may take, or by the error that a picture may have.
+//! Chooses settings by the need of the user: the time that a frame may take, or the error that a picture may
+//! have.
 
 use super::candidates::Candidate;
 use super::chain::Purpose;
 use super::front::{Front, Point};
 use crate::{Error, Result};
 
-/// The need of the user.
+/// The requirement of the user, by which settings are chosen from measured candidates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Need {
-    /// A frame takes at most so many milliseconds on the device.
+    /// The maximum time of a frame on the device, in milliseconds.
     Milliseconds(f64),
-    /// The picture that is written has at most this relMSE.
+    /// The maximum relMSE of the picture that is written.
     RelMse(f64),
 }
 
-/// The largest number of frames that a choice has.
+/// Maximum number of frames that is computed for a choice. An error that needs more frames counts as not met.
 pub const MOST_FRAMES: u32 = 1 << 20;
 
-/// The settings, the number of frames and the accumulation that meet a need, or come nearest to it.
+/// The settings and the number of frames that meet the user's need or, if none do, come nearest to it.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// The settings.
+    /// The chosen settings, as a candidate with a name.
     pub candidate: Candidate,
-    /// The number of frames to render.
+    /// Number of frames to render one after the other, at least 1.
     pub frames: u32,
     /// True if the picture is the mean of all frames; false if it is the last frame.
     pub accumulates: bool,
-    /// The expected time on the device, in milliseconds: of a frame, or of all that are added up where a need for a time of a
-    /// frame is met by the mean of several short frames.
+    /// Expected time on the device, in milliseconds. It is the time of one frame, unless several short frames
+    /// are averaged in the time that one frame may take; it is then the time of all these frames together.
     pub milliseconds: f64,
-    /// The number of frames that share this time; 1 unless it is that of several short frames.
+    /// Number of frames to which the expected time in `milliseconds` applies together. It is 1, unless
+    /// several short frames are averaged in the time that one frame may take.
     pub shares: u32,
-    /// The expected relMSE of the picture.
+    /// Expected relMSE of the picture that is written.
     pub relmse: f64,
-    /// True if the need is met, according to the measurements.
+    /// True if the measurements predict that the choice meets the user's need; false if it only comes nearest
+    /// to it.
     pub is_met: bool,
 }
 
 impl Choice {
-    /// The expected time of each frame that is rendered, in milliseconds.
+    /// Expected time on the device of each frame that is rendered, in milliseconds.
     pub fn milliseconds_per_frame(&self) -> f64 {
         self.milliseconds / f64::from(self.shares)
     }
 }
 
-/// Chooses among the points of `front`, except for those of empty pictures. `frames` is the number of frames if the user
-/// has bound it. `is_allowed` tells which candidates may be chosen.
+/// Chooses the settings that meet `need` best from the measured candidates in `front`. Candidates for which
+/// `is_allowed` returns false are left out, and so are those with empty pictures ([`Point::is_empty`]).
+/// `frames` is the number of frames if the user has fixed it, and otherwise `None`.
 ///
-/// For a time, the choice is the least error. Frames without history are independent, so several of them may share the
-/// time of one. For an error, the choice is the least time of the whole picture.
+/// For a maximum time, the settings with the smallest relMSE are chosen. Frames without history are
+/// independent, so several of them may be averaged in the time that one frame may take. For a maximum error,
+/// the settings that need the shortest time for the whole picture are chosen.
 ///
 /// # Errors
-/// There is no point whose picture is not empty.
+/// All allowed candidates have empty pictures, or none is allowed.
 pub fn choose(
     front: &Front,
     need: Need,
@@ -84,7 +89,8 @@ pub fn choose(
         .ok_or_else(|| Error::failed("no candidate has a picture that is not empty"))
 }
 
-/// The way in which one candidate meets the need best.
+/// Computes how one candidate meets the need best: the number of its frames, their time, and the relMSE.
+/// `bound` is the number of frames if the user has fixed it, and otherwise `None`.
 fn choice_of(purpose: Purpose, point: &Point, need: Need, bound: Option<u32>) -> Choice {
     let is_mean = purpose == Purpose::Mean;
     let mut choice = Choice {
@@ -124,7 +130,8 @@ fn choice_of(purpose: Purpose, point: &Point, need: Need, bound: Option<u32>) ->
     choice
 }
 
-/// The least number of frames whose mean has at most the given relMSE; at most [`MOST_FRAMES`].
+/// Smallest number of frames whose mean is expected to have at most the relMSE `relmse`; [`MOST_FRAMES`] if
+/// even more frames would be needed.
 fn frames_for(point: &Point, relmse: f64) -> u32 {
     let (mut low, mut high) = (0, MOST_FRAMES);
     while high - low > 1 {
@@ -146,8 +153,9 @@ mod tests {
     use crate::advice::sizing;
     use crate::advice::truth::{Observed, Truth};
 
-    /// A point with the relMSE `of_means` of the mean of 1, 2, 4 … frames. That of a chain is the first one without history,
-    /// and the last one otherwise.
+    /// A candidate measured with two seeds, which have equal results. `of_means` has the relMSE of the mean
+    /// of the first 1, 2, 4, … frames. The relMSE of the candidate is the first of these values without
+    /// history, and the last one with history.
     fn point(name: &str, milliseconds: f64, of_means: &[f64], has_history: bool) -> Point {
         let truth = Truth::new([vec![[1.0; 3]], vec![[1.0; 3]]], &[vec![], vec![]], 4);
         let chain = Chain {

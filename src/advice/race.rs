@@ -1,5 +1,6 @@
-//! The race: within a given time, references are rendered, then all candidates race, the worse half is left out, then the
-//! worse part of the rest, and the final measures the best ones with seeds that the race did not use.
+//! The race measures candidates within a given time. First, two references are rendered. Then all candidates
+//! run chains of frames. The worse half is left out, and after a second round all but the best few. The final
+//! measures these with seeds that the race did not use.
 
 use super::candidates::Candidate;
 use super::chain::{self, Chain, Course, Observer};
@@ -15,37 +16,47 @@ use crate::render::{Lighting, Renderer, ResolvedSettings, Tracking, View};
 use crate::{Error, Result};
 use std::time::Instant;
 
-/// The part of the time until the references end, then the first and the second round of the race, as fractions. The final
-/// has the rest, except for what [`TIMING_PART`] takes.
+/// Fractions of the total time at which the references, the first round and the second round end. The final
+/// has the rest, without the parts for [`TIMING_PART`] and [`EXHIBITS_PART`].
 const ENDS: [f64; 3] = [0.15, 0.35, 0.5];
-/// The largest part of the time that is spent on timing frames of the wanted size.
+/// Largest fraction of the total time that is spent on timing frames of the wanted size, if the race renders
+/// smaller pictures.
 const TIMING_PART: f64 = 0.15;
-/// The part of the time that is spent on exhibits, where they are wanted. It is taken from the final.
+/// Fraction of the total time that is spent on exhibits (pictures and further numbers for a page), if they
+/// are wanted. The final is shorter by this time.
 const EXHIBITS_PART: f64 = 0.1;
-/// The least number of chains of each candidate in the first round.
+/// Minimum number of chains (sequences of frames with one seed) that each candidate runs in the first round
+/// of the race, even if this exceeds the time.
 const LEAST_CHAINS: u32 = 2;
-/// The least number of chains of each finalist. With two, an interval is wider than the number, or by chance far too narrow:
-/// the errors of single chains are skewed where bright pixels are rare.
+/// Minimum number of chains (sequences of frames with one seed) that each finalist runs in the final, even if
+/// this exceeds the time. With only two chains, a confidence interval is wider than the error itself or, by
+/// chance, far too narrow, because the errors of single chains have a skewed distribution where bright pixels
+/// are rare.
 const LEAST_FINAL_CHAINS: u32 = 4;
-/// The number of candidates beside path tracing that come into the final because of their error at equal time.
+/// Number of candidates, in addition to path tracing, that come into the final because they have the smallest
+/// error at equal time.
 const FINALISTS: usize = 2;
-/// A candidate comes into the final too if its error is below this fraction of that of the best one, whatever it costs.
+/// A candidate also comes into the final, however slow it is, if its error is below this fraction of the
+/// smallest error of the other finalists.
 const MUCH_LESS: f64 = 0.85;
-/// The numbers that are added to the first seed: for the final, for exhibits, and for the two references. The race has the
-/// seeds before.
+/// Numbers that are added to the first seed of the race, so that the final (`FINAL_SEED`), the exhibits and
+/// the two references have other seeds than the race.
 const FINAL_SEED: u32 = 1 << 30;
 const EXHIBITS_SEED: u32 = 3 << 29;
 const TRUTH_SEEDS: [u32; 2] = [0x5EED_1000, 0x5EED_2000];
-/// The factor that spreads the seed of the view, so that races with different seeds have no seed in common.
+/// Factor by which the seed of the view is multiplied to get the first seed of a race. It is large, so that
+/// races whose view seeds differ by little have no seed in common.
 const SPREAD: u32 = 0x9E37_79B9;
-/// The number of frames of all chains, in units of path-traced frames, that a race of useful length renders. The size of the
-/// pictures is chosen by it.
+/// Time that a useful race needs for rendering, in units of the time of a path-traced frame, if each
+/// candidate renders 16 frames per seed. The size of the pictures is chosen so that this time is available.
 const USEFUL_FRAMES: f64 = 2000.0;
-/// The number of pixels of the smallest pictures that a race renders, unless smaller ones are wanted.
+/// Minimum number of pixels of the pictures that a race renders, unless the user wants smaller ones.
 const LEAST_PIXELS: f64 = 1300.0;
 
 impl Track<'_> {
-    /// Measures the samples that pixels share, with a renderer that stores their origins. `None` if there is none.
+    /// Measures which fraction of the neighbouring pixels share a sample in the reservoirs of direct and of
+    /// indirect light. The list is empty if the candidate has no reservoirs. `None` if no renderer can be
+    /// made that also stores the origins of samples, because its reservoirs are larger.
     fn shared(
         &self,
         view: &View,
@@ -82,16 +93,19 @@ impl Track<'_> {
     }
 }
 
-/// A candidate in the race, with its renderer and the chains that it has run.
+/// A candidate in the race, with its renderer and the measurements that were made with it so far, one per
+/// seed.
 struct Contestant {
     candidate: Candidate,
     renderer: Renderer,
     chains: Vec<Chain>,
-    /// The pictures of its chains in the race: those of even turns, and the others.
+    /// Sums of the pictures of the candidate: of every second seed, and of the other seeds. Their means are
+    /// two independent pictures, which are added to the references.
     pictures: [Added; 2],
-    /// Records its chains, if exhibits are wanted.
+    /// Records the frames for the pictures and numbers that a page shows; `None` if no page is wanted.
     recorder: Option<Recorder>,
-    /// The time of its last chain, in seconds.
+    /// Time on the host that the candidate's last measurement took, in seconds; 0 before the first one. From
+    /// it, the race estimates whether another turn fits into the time.
     took: f64,
 }
 
@@ -109,7 +123,8 @@ impl Contestant {
         Ok(())
     }
 
-    /// The means of the pictures of even and of odd turns.
+    /// Two independent pictures of the view, which are added to the references: the means over every second
+    /// seed, and over the other seeds. `None` if fewer than two seeds were rendered.
     fn pair(&self) -> Option<[Picture; 2]> {
         let [even, odd] = &self.pictures;
         Some([even.mean()?, odd.mean()?])
@@ -123,12 +138,14 @@ impl Contestant {
     }
 }
 
-/// Measures the candidates within the time `time`; the first candidate is path tracing. Fills `gallery`, if there is one, with
-/// their exhibits. `watch` is called with the fraction of the time that has passed; an error from it ends the race.
+/// Measures `candidates` in a race that takes the time `time`, and returns their measurements. The first
+/// candidate must be path tracing. `gallery`, if it is given, receives the exhibits (pictures and further
+/// numbers for a page). `watch` is called with the fraction of the time that has passed, in [0, 1]; an error
+/// from it ends the race.
 ///
 /// # Errors
-/// There are no candidates, the device fails, the scene cannot be rendered at the time of a frame, or `watch` returns an
-/// error.
+/// There are no candidates, the camera sees no light, the device fails, the scene cannot be rendered at the
+/// time of a frame, or `watch` returns an error.
 pub fn run(
     track: &Track<'_>,
     candidates: &[Candidate],
@@ -277,16 +294,18 @@ pub fn run(
     Ok(front)
 }
 
-/// The contestants of a round.
+/// All contestants, and the selection of those that run in one round of the race or in the final.
 struct Chosen<'a> {
     contestants: &'a mut [Contestant],
-    /// The indices of those that run.
+    /// Indices into `contestants` of those that run in this round.
     chosen: &'a [usize],
 }
 
 impl Chosen<'_> {
-    /// Lets the contestants run chains in turns until the fraction `end` of the time has passed, but at least `least` chains
-    /// each. The first chain has the seed `seed`. Returns the next seed.
+    /// Lets the selected contestants run chains in turns until the fraction `end` of the time has passed, but
+    /// at least `least` chains each. In a turn, each contestant runs one chain, all with the same seed. The
+    /// first turn has the seed `seed`, and each further turn the next one. Returns the seed after the last
+    /// turn.
     fn run(
         &mut self,
         course: &Course,
@@ -312,8 +331,9 @@ impl Chosen<'_> {
     }
 }
 
-/// The contestant outside of `remaining` with the smallest error, if it is much smaller than the errors of those:
-/// it may be wanted, whatever it costs.
+/// Index of a contestant that comes into the final in addition to `remaining`: the one with the smallest
+/// error, if this error is below [`MUCH_LESS`] times the errors of all remaining ones. It is measured however
+/// slow it is, because the user may want such a small error. `None` if there is no such contestant.
 fn much_better(race: &[Point], remaining: &[usize]) -> Option<usize> {
     let error = |index: &usize| race[*index].error.value;
     let best = remaining.iter().map(error).fold(f64::INFINITY, f64::min);
@@ -323,7 +343,9 @@ fn much_better(race: &[Point], remaining: &[usize]) -> Option<usize> {
         .min_by(|a, b| error(a).total_cmp(&error(b)))
 }
 
-/// The view at the largest size at which a race of useful length fits into the time, at most the wanted size.
+/// The view that the race renders: the wanted view at the largest picture size with which a useful race
+/// ([`USEFUL_FRAMES`]) fits into the time, but at most at the wanted size. Path-traced frames are timed to
+/// find this size.
 fn small_view(track: &Track<'_>, path_tracing: &Candidate, time: &mut Time) -> Result<View> {
     let wanted = track.view;
     let aspect = f64::from(wanted.width) / f64::from(wanted.height);
@@ -357,7 +379,9 @@ fn small_view(track: &Track<'_>, path_tracing: &Candidate, time: &mut Time) -> R
     }
 }
 
-/// Renders the two references until their part of the time has passed, in turns, so that both have as many samples.
+/// Renders the two references in turns, so that both have the same number of samples per pixel, until their
+/// part of the time ([`ENDS`]) has passed. Returns the references and this number of samples, which is at
+/// least 8.
 fn truth(
     mut references: [&mut Renderer; 2],
     seeds: [u32; 2],

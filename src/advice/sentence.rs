@@ -1,10 +1,11 @@
-//! The advice in words.
+//! The advice as text: sentences with the recommendation, the conditions of the measurement, and a table.
 
 use super::chain::Purpose;
 use super::front::{Front, Measured, Point, Verdict};
 use crate::base::milliseconds;
 
-/// The advice: what to use, what it costs, how far off it is, and how it relates to path tracing and to another candidate.
+/// The advice in a few sentences: the recommended settings, their frame time and error, the error of path
+/// tracing in the same time, the bias, and the comparison with other finalists.
 pub fn advice(front: &Front) -> String {
     let verdict = front.verdict;
     let Some(best) = front.finalists.first() else {
@@ -65,13 +66,15 @@ pub fn advice(front: &Front) -> String {
     text
 }
 
-/// Path tracing among the finalists.
+/// The measurements of path tracing in the final; `None` if path tracing is not among the finalists.
 fn path_tracing(front: &Front) -> Option<&Point> {
     let is_path_tracing = |p: &&Point| p.candidate.is_path_tracing().unwrap_or(false);
     front.finalists.iter().find(is_path_tracing)
 }
 
-/// The finalist with the least error, if it is clearly below that of the advised one, and its picture is not empty.
+/// The finalist with the smallest error, if its whole confidence interval is below the error of `best`, the
+/// recommended one. Finalists with empty pictures are left out. The advice mentions it, because the user may
+/// accept its longer time. `None` if there is no such finalist.
 fn lower_error<'a>(front: &'a Front, best: &Point) -> Option<&'a Point> {
     let is_empty = |p: &Point| path_tracing(front).is_some_and(|pt| p.is_empty(pt));
     let others = (front.finalists.iter()).filter(|p| p.candidate != best.candidate && !is_empty(p));
@@ -80,7 +83,8 @@ fn lower_error<'a>(front: &'a Front, best: &Point) -> Option<&'a Point> {
     (highest < best.error.value).then_some(least)
 }
 
-/// The conditions of the measurement, in one line.
+/// The conditions of the measurement in one line of text: the frames, seeds, picture size and references with
+/// which the errors were measured, and the time that this took.
 pub fn details(front: &Front) -> String {
     let frames = match front.purpose {
         Purpose::Still => "the first frame".to_owned(),
@@ -110,7 +114,8 @@ pub fn details(front: &Front) -> String {
     )
 }
 
-/// The measured points as a table: first the finalists, then those that were left out.
+/// A table in text with one line per measured candidate: its name, frame time in milliseconds, error in
+/// percent, and number of seeds. The finalists come first, then the candidates that were left out.
 pub fn table(front: &Front) -> String {
     let points = front.points();
     let names = points.iter().map(|p| p.candidate.name.chars().count());

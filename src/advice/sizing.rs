@@ -1,5 +1,6 @@
-//! Carries errors that were measured in small pictures over to pictures of the wanted size. The race has no time for large
-//! pictures, but their errors differ: edges fill a smaller part of them, and the neighbours of a pixel are nearer in the scene.
+//! Corrects errors that were measured in small pictures to pictures of the wanted size. A race has no time
+//! for large pictures, but their errors differ: edges fill a smaller part of a large picture, and the
+//! neighbours of a pixel show points that are closer to each other in the scene.
 
 use super::chain::{Purpose, warm_up};
 use super::front::Point;
@@ -8,14 +9,17 @@ use super::truth::{Added, Picture, variance};
 use crate::render::{Renderer, View};
 use crate::{Error, Result};
 
-/// The number of pairs of small pictures, and the largest number of pairs of large ones.
+/// Number of pairs of small pictures, and maximum number of pairs of large ones, from which the ratio of
+/// their errors is computed. The two pictures of a pair have different seeds.
 const PAIRS: [u32; 2] = [8, 4];
-/// The number that is added to the seed of the view for these pictures. The race has no such seeds.
+/// Number that is added to the seed of the view to get the first seed of the pictures from which the ratio of
+/// the errors is computed. The seeds of a race begin elsewhere.
 const SEED: u32 = 7 << 28;
 
-/// The number of frames with which the errors of `point` can be carried over, if a picture of `frames` frames is wanted: fewer
-/// if two such pictures of the wanted size take more than `seconds`, and 0 if even the least number takes longer. The errors
-/// of means fall in another way in small pictures, so the number should be near the wanted one.
+/// Number of frames per picture with which [`carry_over`] can correct the errors of `point`, if the user
+/// wants a picture of `frames` frames. It is smaller than `frames` if two such pictures of the wanted size
+/// take more than `seconds`, and 0 if even the smallest number takes longer. It should be close to `frames`,
+/// because the error of a mean falls with the number of frames at another rate in small pictures.
 pub fn frames_for(point: &Point, purpose: Purpose, frames: u32, seconds: f64) -> u32 {
     let affordable = (1e3 * seconds / (2.0 * point.milliseconds)) as u32;
     match purpose {
@@ -25,10 +29,12 @@ pub fn frames_for(point: &Point, purpose: Purpose, frames: u32, seconds: f64) ->
     }
 }
 
-/// Multiplies the errors of `point` by the ratio of its error in pictures of the wanted size to that in pictures of `size`, in
-/// which the race measured it. Both are measured alike: half of the squared difference of two independent pictures. These are
-/// means of `frames` frames or, if the purpose is no mean, the last one of so many. The pictures of the wanted size take about
-/// `seconds`. `check` is called after each frame; an error from it ends the work.
+/// Corrects the errors of `point`, which the race measured in pictures of `size` (width, height) in pixels,
+/// to the wanted size: multiplies them by the ratio of the error in large pictures to that in small ones. The
+/// relMSE at each size is half of the mean squared relative difference of two independent pictures. For
+/// [`Purpose::Mean`], a picture is the mean of `frames` frames, and otherwise the last of `frames` frames.
+/// The large pictures take about `seconds`. `check` is called after each frame; an error from it ends the
+/// work.
 ///
 /// # Errors
 /// The device fails, the scene cannot be rendered at the time of a frame, or `check` returns an error.
@@ -64,7 +70,9 @@ pub fn carry_over(
     Ok(())
 }
 
-/// The mean of the first `frames` frames or, if the purpose is no mean, the last one of them.
+/// Renders `frames` frames with the seed `seed`, and returns one linear RGB picture: their mean for
+/// [`Purpose::Mean`], and otherwise the last frame. `check` is called after each frame; an error from it ends
+/// the work.
 fn picture(
     renderer: &mut Renderer,
     track: &Track<'_>,

@@ -1,4 +1,4 @@
-//! The times of frames of the wanted size, which replace those of the smaller frames of a race.
+//! Measures the times of frames of the wanted size, which replace the times of the smaller frames of a race.
 
 use super::candidates::Candidate;
 use super::chain;
@@ -7,11 +7,13 @@ use super::track::{Time, Track};
 use crate::Result;
 use std::time::{Duration, Instant};
 
-/// The number of rounds in which frames are timed.
+/// Number of rounds in which frames are timed. Each round times every candidate once, and the shortest time
+/// of a candidate counts.
 const TIMING_ROUNDS: u32 = 3;
 
-/// Replaces the times, which were measured at the smaller size, by times of the wanted size. They follow from the number of
-/// pixels. Those of the finalists are measured if there is time for a few frames.
+/// Replaces the frame times of all candidates in `front`, which were measured in small pictures, by times for
+/// the wanted size. They are computed in proportion to the number of pixels. The finalists are timed at this
+/// size if `time` is sufficient for a few frames, and the times of the others change with theirs.
 pub(super) fn scale(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Result<()> {
     let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
     let factor = pixels(front.wanted_size) / pixels(front.size);
@@ -33,9 +35,11 @@ pub(super) fn scale(front: &mut Front, track: &Track<'_>, time: &mut Time) -> Re
     Ok(())
 }
 
-/// Measures the times of frames of the wanted size: the least one of each candidate, in rounds, so that a disturbance of the
-/// machine is not taken for a difference. The times that are not measured yet change by the mean factor of those that are:
-/// small frames leave a GPU idle, so times do not grow with the number of pixels. Returns the time that the compilation took.
+/// Measures the frame times of `candidates` at the wanted size, and stores them in `front`. The candidates are
+/// timed in turns over several rounds, and the shortest time counts, so that a disturbance of the machine does
+/// not look like a difference between candidates. The times that are not measured yet change by the mean factor
+/// of those that are: a small frame leaves a GPU idle, so times do not grow in proportion to the number of
+/// pixels. Returns the time that the compilation took.
 ///
 /// # Errors
 /// The device fails, or the scene cannot be rendered at the time of a frame.

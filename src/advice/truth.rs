@@ -1,37 +1,43 @@
-//! Two independent references of one view, with which the errors of a race are measured.
+//! Two independent references of one view, against which the errors of a race are measured.
 
 use crate::metrics::error::median_ratio;
 use crate::metrics::relative;
 use crate::metrics::statistics::Estimate;
 use crate::scene::lights::luminance;
 
-/// A picture: one linear RGB value for each pixel.
+/// A picture: one linear RGB radiance per pixel, row by row from the top.
 pub type Picture = Vec<[f32; 3]>;
 
-/// Two pictures of one view whose noise is independent: the references. At first they are path-traced, and after the race
-/// the chains of all candidates are in them.
+/// The references: two pictures of one view whose noise is independent. At first they are path-traced; after
+/// each round of the race, the pictures of the unbiased candidates are averaged into them.
 pub struct Truth {
     path_traced: [Picture; 2],
     halves: [Picture; 2],
-    /// The factor of the squared error of each value in the relMSE.
+    /// Factor by which the relMSE multiplies the squared error of each pixel and channel, about 1 / (b² +
+    /// 0.01) for the reference b.
     weights: Picture,
-    /// The mean over the path-traced pictures of each channel, with its standard error.
+    /// Mean radiance of each RGB channel over all pixels of both path-traced pictures, with its standard
+    /// error.
     means: [Estimate; 3],
 }
 
-/// The measurements of one frame, or their means over several.
+/// The measurements of one frame (error, brightness and mean radiance), or their means over several frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observed {
-    /// The relMSE, free of the noise of the references.
+    /// The relMSE of the frame. Its expected value does not contain the noise of the references. For an
+    /// almost perfect frame it can be negative.
     pub relmse: f64,
-    /// The median over the lit pixels of their luminance, divided by that of the references.
+    /// Median over the lit pixels of their luminance, divided by that of the references. It is small if most
+    /// pixels are dark.
     pub median: f64,
-    /// The mean of each channel over the picture.
+    /// Mean radiance of each RGB channel over all pixels of the frame.
     pub mean: [f64; 3],
 }
 
 impl Truth {
-    /// Takes two path-traced pictures from `samples` different samples per pixel, each with the standard error of each value.
+    /// Makes the references from two path-traced pictures, which must have `samples` samples per pixel each,
+    /// with different random numbers. `errors` has the standard errors of all their values, from which the
+    /// standard error of the means is computed.
     pub fn new(halves: [Picture; 2], errors: &[Picture; 2], samples: u32) -> Self {
         let means = [0, 1, 2].map(|c| {
             let of = |picture: &[[f32; 3]]| -> f64 {
@@ -55,10 +61,12 @@ impl Truth {
         }
     }
 
-    /// Makes the references of the path-traced pictures and of further pairs of pictures of the same view: the first one of
-    /// each pair goes into the first reference, the second one into the second. All pictures must be independent and
-    /// unbiased. A pair counts inversely to its variance, so the references have less noise than the best pair. A few
-    /// path-traced samples alone have so much noise that the divisor of the relMSE, which contains their square, is wrong.
+    /// Computes the references again, as weighted means of the path-traced pictures and of `pairs`, further
+    /// pairs of pictures of the same view. The first picture of each pair goes into the first reference, the
+    /// second one into the second. All pictures must be independent and unbiased. The weight of a pair is the
+    /// inverse of its variance, so the references have less noise than the best pair. This is needed because
+    /// a few path-traced samples alone have so much noise that the divisor of the relMSE, which contains
+    /// their square, is wrong.
     pub fn join(&mut self, pairs: &[[Picture; 2]]) {
         let pairs: Vec<&[Picture; 2]> = std::iter::once(&self.path_traced).chain(pairs).collect();
         let mut shares = vec![1.0; pairs.len()];
@@ -76,30 +84,34 @@ impl Truth {
         self.weights = weights(&self.halves);
     }
 
-    /// The mean over the path-traced pictures of each channel, with its standard error. Candidates have no part in it, so a
-    /// bias that all of them share is found too.
+    /// Mean radiance of each RGB channel over all pixels of both path-traced pictures, with its standard
+    /// error. The pictures of candidates are not included, so a bias that all of them share is found, too.
     pub fn means(&self) -> &[Estimate; 3] {
         &self.means
     }
 
-    /// The mean of the two references: one linear RGB value per pixel.
+    /// The mean of the two references: one linear RGB radiance per pixel, row by row from the top.
     pub fn reference(&self) -> Vec<[f32; 3]> {
         relative::mean_of_halves(&self.halves)
     }
 
-    /// For each pixel, the squared difference of two pictures relative to the references
-    /// ([`relative_squares`](relative::relative_squares)).
+    /// For each pixel, row by row, the squared difference of two pictures, divided by r² + 0.01 for the
+    /// reference r, as the mean over the channels ([`relative_squares`](relative::relative_squares)). The
+    /// flicker of successive frames is computed from it.
     pub fn relative_squares(&self, first: &[[f32; 3]], second: &[[f32; 3]]) -> Vec<f32> {
         relative::relative_squares(first, second, &self.halves)
     }
 
-    /// For each pixel, the relative difference of its luminance from that of each reference
-    /// ([`relative_differences`](relative::relative_differences)).
+    /// The relative error of the luminance of each pixel of `picture`, row by row: one list for each of the
+    /// two references ([`relative_differences`](relative::relative_differences)). The spectrum of the error
+    /// is computed from both lists.
     pub fn relative_differences(&self, picture: &[[f32; 3]]) -> [Vec<f64>; 2] {
         relative::relative_differences(picture, &self.halves, |pixel| luminance(pixel.into()))
     }
 
-    /// The relMSE of a picture. Both references are in each product, so their noise has no part in the mean.
+    /// The relMSE of a picture. Each squared error is computed as the product of the differences from the
+    /// first and from the second reference. Their noise is independent, so it does not change the expected
+    /// value.
     fn relmse(&self, picture: &[[f32; 3]]) -> f64 {
         let [first, second] = &self.halves;
         let pixels = picture
@@ -114,7 +126,8 @@ impl Truth {
         relative.sum::<f64>() / (3 * picture.len()).max(1) as f64
     }
 
-    /// Measures one frame.
+    /// Measures the error, the brightness and the mean radiance of one frame, whose `picture` has one linear
+    /// RGB radiance per pixel, row by row from the top.
     pub fn observe(&self, picture: &[[f32; 3]]) -> Observed {
         let [first, second] = &self.halves;
         let of = |pixel: &[f32; 3]| luminance((*pixel).into());
@@ -130,9 +143,11 @@ impl Truth {
     }
 }
 
-/// The factors 1 / (b² + 0.01) of squared errors, where b is the mean of the references. The noise of b makes the mean of the
-/// factor too large by a part that is proportional to its variance. That of one reference alone has twice the variance, so
-/// the difference of both factors takes this part out, except where the noise is as large as b.
+/// The factors 1 / (b² + 0.01) by which squared errors are multiplied, where b is the mean of the references.
+/// The noise of b makes such a factor too large on average, in proportion to the variance of b. The factors
+/// of the single references are too large by twice as much, because their variance is twice as large. So
+/// their mean is subtracted from twice the factor of b, which removes this error unless the noise is as large
+/// as b.
 fn weights([first, second]: &[Picture; 2]) -> Picture {
     let factor = |b: f64| 1.0 / (b * b + 0.01);
     let weight = |r: f32, s: f32| {
@@ -147,7 +162,8 @@ fn weights([first, second]: &[Picture; 2]) -> Picture {
         .collect()
 }
 
-/// The variance of the two pictures of a pair, divided by the squared references as in the relMSE.
+/// The variance of a pair of independent pictures, divided by the squared references as in the relMSE: the
+/// mean over all pixels and channels.
 pub(super) fn variance([first, second]: &[Picture; 2], references: &[Picture; 2]) -> f64 {
     let pixels = first.iter().zip(second);
     let pixels = pixels.zip(references[0].iter().zip(&references[1]));
@@ -159,7 +175,8 @@ pub(super) fn variance([first, second]: &[Picture; 2], references: &[Picture; 2]
     relative.sum::<f64>() / (3 * first.len()).max(1) as f64
 }
 
-/// The weighted mean of pictures of one size.
+/// The weighted mean of pictures of equal size. `weights` has one positive weight per picture, in the same
+/// order; their sum need not be 1.
 fn weighted(pictures: &[&Picture], weights: &[f64]) -> Picture {
     let total: f64 = weights.iter().sum();
     let pixels = 0..pictures.first().map_or(0, |picture| picture.len());
@@ -175,7 +192,7 @@ fn weighted(pictures: &[&Picture], weights: &[f64]) -> Picture {
         .collect()
 }
 
-/// The sum of the pictures of several chains.
+/// The sum of several pictures of equal size and their number, from which their mean is computed.
 #[derive(Clone, Debug, Default)]
 pub struct Added {
     sum: Vec<[f64; 3]>,
@@ -183,7 +200,7 @@ pub struct Added {
 }
 
 impl Added {
-    /// Adds a picture; all have one size.
+    /// Adds a picture, which must have as many pixels as all earlier ones.
     pub fn add(&mut self, picture: &[[f32; 3]]) {
         self.sum.resize(picture.len(), [0.0; 3]);
         for (sum, value) in self.sum.iter_mut().flatten().zip(picture.iter().flatten()) {
@@ -192,12 +209,12 @@ impl Added {
         self.count += 1;
     }
 
-    /// The number of pictures.
+    /// Number of pictures that were added.
     pub const fn count(&self) -> u32 {
         self.count
     }
 
-    /// The mean of the pictures; `None` without pictures.
+    /// The mean of the added pictures, one linear RGB radiance per pixel; `None` if no picture was added.
     pub fn mean(&self) -> Option<Picture> {
         let scale = 1.0 / f64::from(self.count);
         (self.count > 0).then(|| {
@@ -210,7 +227,7 @@ impl Added {
 }
 
 impl Observed {
-    /// The mean of several observations.
+    /// The arithmetic mean of several observations, value by value; all values are 0 if there are none.
     pub fn mean_of(all: &[Self]) -> Self {
         let count = all.len().max(1) as f64;
         let sum = |value: &dyn Fn(&Self) -> f64| all.iter().map(value).sum::<f64>() / count;
@@ -227,7 +244,7 @@ mod tests {
     use super::*;
     use crate::base::random::Random;
 
-    /// A picture of grey pixels, of which each is 1 + `noise` or 1 − `noise`.
+    /// A picture of 4000 grey pixels, each of which is 1 + `noise` or 1 − `noise` with equal probability.
     fn noisy(random: &mut Random, noise: f32) -> Picture {
         let sign = |random: &mut Random| if random.unit() < 0.5 { -noise } else { noise };
         (0..4000).map(|_| [1.0 + sign(random); 3]).collect()
@@ -251,7 +268,8 @@ mod tests {
             "{before}"
         );
     }
-    /// With noise of 0.2 in each reference, the mean of the factors would be 6 % too large, and so would the relMSE.
+    /// The relMSE is not biased by the noise of the references in its divisor. Without a correction, noise of
+    /// 0.2 in each reference would make the relMSE 6 % too large.
     #[test]
     fn the_noise_of_the_divisor_is_taken_out() {
         let random = &mut Random::new(9);

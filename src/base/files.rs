@@ -106,8 +106,8 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// The same path, but its folder is an absolute path without links, `.` and `..`, so that two spellings of one path become
-/// equal. If the folder does not exist, it is not changed.
+/// `path` in a form in which two spellings of one path are equal: its folder is an absolute path without
+/// links, `.` and `..`. A folder that does not exist is not changed.
 fn resolved(path: &Path) -> PathBuf {
     let folder = folder(path);
     let folder = folder.canonicalize().unwrap_or(folder);
@@ -152,8 +152,8 @@ impl New {
     }
 }
 
-/// The names of temporary files begin with this text, so that a user recognises one that a killed process has left. A
-/// temporary file is in the folder of the file that it will replace.
+/// Prefix of the names of temporary files, by which a user recognises a file that a killed process has left.
+/// A temporary file is in the folder of the file that it will replace.
 const PREFIX: &str = ".headwater-";
 
 #[cfg(target_os = "linux")]
@@ -166,8 +166,8 @@ mod unnamed {
     use std::os::fd::AsRawFd;
     use std::os::unix::fs::OpenOptionsExt;
 
-    /// In this folder, Linux shows the open files of this process, as one link for each. A file without a name is given
-    /// one through its link.
+    /// Folder in which Linux shows the open files of this process, with one link per file. Through its link,
+    /// a file without a name is given one.
     const OPEN_FILES: &str = "/proc/self/fd";
 
     /// Creates a file without a name in `folder`; `None` if the file system does not support this or the folder cannot be
@@ -185,7 +185,7 @@ mod unnamed {
     /// No file can be linked, renamed or removed in the folder.
     pub fn give_name(file: &File, target: &Path) -> Result<()> {
         let open = format!("{OPEN_FILES}/{}", file.as_raw_fd());
-        // Whether there was no file of that name.
+        // True if no file of that name existed before.
         let link = |name: &Path| -> Result<bool> {
             match linkat(CWD, &open, CWD, name, AtFlags::SYMLINK_FOLLOW) {
                 Ok(()) => Ok(true),

@@ -7,8 +7,9 @@ use std::fs::read_to_string;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The maximum sum of requested bytes for which [`check`] does not read the available memory from the system: 64 MiB. It
-/// is not read for each small request, because reading it takes several system calls.
+/// The maximum sum of requested bytes for which [`check`] does not read the available memory from the system:
+/// 64 MiB. The available memory is not read for each small request, because reading it takes several system
+/// calls.
 const LITTLE: u64 = 64 << 20;
 
 /// The sum, in bytes, of the requests to [`check`] of at most [`LITTLE`] bytes since the available memory was last read.

@@ -1,7 +1,7 @@
-//! Writes a time for people, with three digits or more.
+//! Formats the time of a frame for people, with at least three digits.
 
-/// The time of a frame as text, such as `4.25 ms`. `is_measured` is false if it follows from other times; then it is
-/// `about 4.25 ms`.
+/// The time of a frame as text, such as `4.25 ms`. If `is_measured` is false, the time was computed from
+/// other times, and the text begins with `about`.
 pub fn text(milliseconds: f64, is_measured: bool) -> String {
     let about = if is_measured { "" } else { "about " };
     match milliseconds {

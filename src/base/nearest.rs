@@ -5,8 +5,9 @@
 /// time of a comparison grows with the product of both lengths.
 const LONGEST: usize = 100;
 
-/// The suggestion ", did you mean 'X'?", where X is the one of `names` that is most similar to the mistyped name `wanted`.
-/// The text is empty if no name has a similarity above 0.7, or if `wanted` has more than 100 bytes.
+/// The suggestion ", did you mean 'X'?", where X is the element of `names` that is most similar to the
+/// mistyped name `wanted`. The text is empty if no name has a similarity above 0.7, or if `wanted` has more
+/// than 100 bytes.
 pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String {
     // The comparison takes the product of both lengths, and nothing so long is a name that was mistyped.
     let comparable = wanted.len() <= LONGEST;
@@ -21,8 +22,8 @@ pub fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String
         })
 }
 
-/// The similarity of two names, in [0, 1]; 1 means equal. Of a dotted name, such as `direct.mode`, the last word counts
-/// most, so that a key of the settings is found even if its group (`direct`) is missing or wrong.
+/// The similarity of two names, in [0, 1]; 1 means equal. For a dotted name, such as `direct.mode`, the last
+/// word counts most, so that a key of the settings is found even if its group (`direct`) is missing or wrong.
 fn likeness(wanted: &str, name: &str) -> f64 {
     let whole = strsim::jaro_winkler(wanted, name);
     let Some((group, word)) = name.rsplit_once('.') else {

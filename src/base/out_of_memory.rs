@@ -35,7 +35,8 @@ fn checked(memory: *mut u8, bytes: usize) -> *mut u8 {
     memory
 }
 
-/// Ends the process with a line that names the number of bytes which could not be allocated. It allocates nothing itself.
+/// Prints one line, which names the number of bytes that could not be allocated, and ends the process. It
+/// allocates no memory itself.
 #[cold]
 fn end(bytes: usize) -> ! {
     let mut line = [0; 160];

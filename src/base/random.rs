@@ -2,19 +2,20 @@
 //! them, so that the content hash of a scene is the same everywhere. The light BVH also uses them: from each cluster (group
 //! of lights) it traces rays in random directions, to measure the distance at which surfaces block the cluster's light.
 
-/// A generator of random numbers: PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast Space-Efficient
-/// Statistically Good Algorithms for Random Number Generation", 2014).
+/// A generator of random numbers, for example for procedural scenes. Equal seeds give equal numbers on every
+/// machine. The method is PCG XSH-RR with 64 bits of state (O'Neill, "PCG: A Family of Simple Fast
+/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014).
 pub struct Random(u64);
 
 impl Random {
-    /// A generator whose whole sequence of numbers is determined by `seed`.
+    /// Makes a generator whose whole sequence of numbers is determined by `seed`.
     pub fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         random.bits();
         random
     }
 
-    /// The next 32 random bits.
+    /// The next 32 random bits, as an unsigned integer. All 2³² values are equally likely.
     pub fn bits(&mut self) -> u32 {
         let state = self.0;
         self.0 = state
@@ -40,7 +41,7 @@ impl Random {
         (self.unit() * count as f32) as usize % count
     }
 
-    /// A random element of `things`, which must not be empty.
+    /// A random element of `things`, which must not be empty. All elements have nearly the same probability.
     pub fn pick<T: Copy>(&mut self, things: &[T]) -> T {
         things[self.index(things.len())]
     }

@@ -1,6 +1,7 @@
-//! Words of commands, as a shell reads them.
+//! Quotes words for commands that the user can copy into a shell.
 
-/// A word as a shell reads it back.
+/// `word` in a form that a shell reads as this one word: unchanged if it has only harmless characters,
+/// otherwise in single quotes. It is used in commands that the program prints.
 pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "-_./:,=+%@".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {

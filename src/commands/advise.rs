@@ -1,4 +1,5 @@
-//! `advise`: measures which preset to use for a scene on this device, what a frame costs, and how far off it is.
+//! `advise`: measures which preset to use for a scene on this device, how long a frame takes, and how large
+//! its error is.
 
 mod contents;
 
@@ -25,7 +26,8 @@ use serde_json::json;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-/// The command-line arguments of `headwater advise`.
+/// The command-line arguments of `headwater advise`, which choose the scene, the kind of frames, the time for
+/// the measurement, and the outputs.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -54,7 +56,7 @@ pub struct Args {
     json: bool,
 }
 
-/// The kind of frames that the advice is for, as `--for` names it.
+/// The kind of frames that the advice is for, as `--for` names it. It decides which frames are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum PurposeArg {
     /// A single frame without history
@@ -78,7 +80,8 @@ impl PurposeArg {
 /// The shortest time that `--time` accepts, in seconds. In less time, the candidates could not be compared.
 const LEAST_TIME: f64 = 1.0;
 
-/// Measures the candidates, and prints the advice.
+/// Measures the candidates (presets, some with changes) on the scene, prints the advice, and writes the files
+/// of `--output`.
 ///
 /// # Errors
 /// Wrong arguments or input, a scene without light, no usable device, a device or disk that fails, or a signal.
@@ -188,7 +191,9 @@ pub fn run(args: &Args) -> Result<()> {
     check_messages(&scene.instance.validation_messages())
 }
 
-/// The command that renders frames for which the advice holds, with the options `settings`.
+/// The command line of `headwater render` with which the user gets frames of the measured kind: the arguments
+/// of the view, the options `settings` of a candidate, `fps` frames per second if the scene moves, and
+/// `frames` frames.
 fn command(args: &Args, settings: &str, fps: Option<f64>, frames: u32) -> String {
     let command = repetition::of_view(&args.view, settings, fps);
     format!("{command} --frames {frames} -o picture.exr")

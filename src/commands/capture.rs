@@ -171,7 +171,8 @@ impl<'a> Capture<'a> {
     }
 }
 
-/// A run for a capture tool: the frames that are rendered and captured, and what becomes of their pictures.
+/// A run for a capture tool: the frames that are rendered and captured, the exposure of the presented
+/// pictures, and the folder to which these are written.
 pub struct CapturePlan<'a> {
     /// The frames that the tool captures. Frames outside of this range are rendered and presented too.
     pub range: FrameRange,

@@ -1,5 +1,6 @@
-//! Options for loading a scene, and options that choose how rays are traced and how shaders access the scene. What the
-//! user does not choose, the program chooses by the features of the device and the size of the scene.
+//! Options for loading a scene, and options that choose how rays are traced and how shaders access the scene.
+//! If the user leaves a choice open, the program makes it by the features of the device and the size of the
+//! scene.
 
 use crate::device_scene::selection::Request;
 use crate::scene_files::Options;
@@ -85,10 +86,11 @@ pub struct VariantArgs {
     /// The method that traces rays
     #[arg(long, value_enum, default_value_t)]
     pub tracer: TracerArg,
-    /// How shaders access the buffers of the scene, and those of world reservoirs (light samples stored for cells of space)
+    /// The access of shaders to the buffers of the scene, and to those of world reservoirs (light samples
+    /// stored for cells of space)
     #[arg(long, value_enum, default_value_t)]
     pub geometry: GeometryArg,
-    /// How shaders read the texels of textures
+    /// The way in which shaders read the texels of textures
     #[arg(long, value_enum, default_value_t)]
     pub textures: TexturesArg,
 }

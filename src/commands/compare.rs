@@ -10,7 +10,8 @@ use crate::{Error, Result};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// The command-line arguments of `headwater compare`. A limit that is not given is not checked.
+/// The command-line arguments of `headwater compare`, which name the two pictures, and limits for their
+/// errors. A limit that is not given is not checked.
 #[derive(clap::Args)]
 pub struct Args {
     /// The picture to examine: .exr or .png

@@ -32,7 +32,8 @@ const OF_INDIRECT_PATHS: [&str; 4] = [
     "indirect.light_samples",
 ];
 
-/// Prints notes on options of the scene and its view that have no effect.
+/// Prints notes on options of the scene and its view that have no effect, such as `--camera` together with
+/// `--look-at`.
 pub fn note_for_view(view: &ViewArgs) {
     if let (Some(camera), Some(_)) = (&view.camera, &view.look_at) {
         notice(&format!(

@@ -10,7 +10,8 @@ use crate::device_scene::images::ImageSizes;
 use crate::device_scene::selection::{self, Request};
 use serde_json::json;
 
-/// The command-line arguments of `headwater info`.
+/// The command-line arguments of `headwater info`, which choose the format of the list and the device to
+/// mark.
 #[derive(clap::Args)]
 pub struct Args {
     /// Print the devices as one JSON object instead of text

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 /// terminal may reach a process twice.
 const SAME_REQUEST: Duration = Duration::from_secs(1);
 
-/// Watches for SIGINT and SIGTERM from the creation of this value on. Long work asks it between its steps, so that the
-/// work can save results before it ends.
+/// Watches for SIGINT and SIGTERM from the creation of this value on. Long work calls [`Self::check`] between
+/// its steps, so that it can save results before it ends.
 pub struct Interrupt(Arc<AtomicI32>);
 
 impl Interrupt {
@@ -53,8 +53,8 @@ impl Interrupt {
         }
     }
 
-    /// Returns an error if a signal was received, so that the work ends. `kept` is a clause for the message about the
-    /// results that were saved, such as [`NOTHING_WRITTEN`](super::NOTHING_WRITTEN).
+    /// Returns an error if a signal was received, so that the work ends. `kept` is a clause for the message;
+    /// it states which results were saved, such as [`NOTHING_WRITTEN`](super::NOTHING_WRITTEN).
     ///
     /// # Errors
     /// A signal was received.

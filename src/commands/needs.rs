@@ -1,5 +1,6 @@
-//! `render --budget-ms` and `render --target-relmse`: the choice of settings, frames and accumulation from measurements of
-//! the scene on the device, before the first frame is rendered.
+//! `render --budget-ms` and `render --target-relmse`: measures the scene on the device before the first
+//! frame, and chooses by this measurement the settings, the number of frames, and whether the picture is
+//! their mean.
 
 use super::arguments::{Aov, SceneArgs};
 use super::interrupt::Interrupt;
@@ -24,12 +25,13 @@ use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 use std::num::NonZero;
 
-/// Options of `render` that choose settings by need.
+/// Options of `render` with which the user states a need, a limit for the time of a frame or for the error of
+/// the picture. The program then chooses the settings by measurement.
 #[derive(clap::Args)]
 pub struct NeedArgs {
-    /// Choose the settings with the least error of those whose frames take at most this time on the device, in milliseconds.
-    /// The scene is measured first, in about 30 s, once for each view and device. --preset, --set, --frames and
-    /// --accumulate bind the choice
+    /// Choose the settings with the least error of those whose frames take at most this time on the device,
+    /// in milliseconds. The scene is measured first, in about 30 s, once for each view and device. --preset,
+    /// --set, --frames and --accumulate limit the choice
     #[arg(
         long,
         value_name = "MS",
@@ -38,8 +40,8 @@ pub struct NeedArgs {
         allow_negative_numbers = true
     )]
     budget_ms: Option<f64>,
-    /// Choose the settings and the number of frames with which a picture with at most this relMSE takes the least time;
-    /// measured and bound as with --budget-ms
+    /// Choose the settings and the number of frames with which a picture with at most this relMSE takes the
+    /// least time; the scene is measured, and other options limit the choice, as with --budget-ms
     #[arg(
         long,
         value_name = "ERROR",
@@ -61,10 +63,11 @@ pub struct NeedArgs {
 }
 
 impl NeedArgs {
-    /// The need, if one of the options is given.
+    /// The need that `--budget-ms` (milliseconds per frame) or `--target-relmse` states; `None` if neither
+    /// option is given, so that nothing is measured.
     ///
     /// # Errors
-    /// The number is not positive and finite.
+    /// The number of the option, or of `--measure-time`, is not positive and finite.
     pub fn need(&self) -> Result<Option<Need>> {
         let (option, number, need) = match (self.budget_ms, self.target_relmse) {
             (Some(ms), _) => ("--budget-ms", ms, Need::Milliseconds(ms)),
@@ -82,34 +85,40 @@ impl NeedArgs {
     }
 }
 
-/// The fraction of `--measure-time` that the pictures of the wanted size may take in one measurement of an error.
+/// The largest fraction of `--measure-time` that one measurement of an error in pictures of the wanted size
+/// may take.
 const SIZING_PART: f64 = 0.25;
-/// The largest number of measurements at the wanted size. The next candidate is chosen with the error of small pictures.
+/// The maximum number of measurements of an error in pictures of the wanted size. After these, a candidate is
+/// chosen by its error in smaller pictures.
 const MOST_SIZED: u32 = 4;
 
-/// The arguments of `render` that decide how the need is met.
+/// The arguments of `render` that restrict the choice of settings and frames for a need.
 pub struct Bounds<'a> {
-    /// The options of the scene and of the settings.
+    /// The options of the scene, its view and its settings, as the user gave them.
     pub scene: &'a SceneArgs,
-    /// The settings of `--preset`, `--config` and `--set`.
+    /// The settings that result from `--preset`, `--config` and `--set`.
     pub settings: &'a Settings,
-    /// The dotted keys that `--config` and `--set` change.
+    /// The dotted keys, such as `direct.mode`, that `--config` and `--set` change. All candidates get the
+    /// user's values of these settings.
     pub changed: &'a [String],
-    /// The value of `--frames`, if it is given.
+    /// The value of `--frames`; with `None`, the number of frames is chosen.
     pub frames: Option<u32>,
-    /// True if `--accumulate` is given.
+    /// True if `--accumulate` is given, so that the picture must be the mean of all frames.
     pub accumulates: bool,
-    /// The clock of the run.
+    /// The clock of the run, which gives for the index of a frame the time in the scene.
     pub clock: Clock,
-    /// The value of `--measure-time`, in seconds.
+    /// The value of `--measure-time`: the time to load and measure the scene, in seconds, without the
+    /// compilation of shaders.
     pub measure_time: f64,
 }
 
-/// Opens the scene, measures it unless that was done before, and chooses. Prints the choice, and the command that repeats
-/// the picture without measuring.
+/// Opens the scene, measures the candidates unless a stored measurement with the same conditions exists, and
+/// chooses settings and frames for the need. Prints the choice, and the command that renders the picture
+/// again without measuring. Returns the open scene and the choice.
 ///
 /// # Errors
-/// Wrong arguments or input, a scene without light, no usable device, a device that fails, or a signal.
+/// Wrong arguments or input, a scene without light, an error that no permitted number of frames reaches, no
+/// usable device, a device that fails, or a signal.
 pub fn choose(
     need: Need,
     bounds: &Bounds<'_>,
@@ -231,7 +240,7 @@ pub fn choose(
     Ok((scene, choice))
 }
 
-/// The option that states the need.
+/// The name of the command-line option that states this need, for messages.
 fn option(need: Need) -> &'static str {
     match need {
         Need::Milliseconds(_) => "--budget-ms",
@@ -240,6 +249,7 @@ fn option(need: Need) -> &'static str {
 }
 
 /// Checks that path tracing shows the same light as the candidates, so that it can be their reference.
+/// Returns an error if there are no bounces, if indirect light is off, or if the user has set the integrator.
 fn check_comparable(need: Need, bounds: &Bounds<'_>) -> Result<()> {
     let option = option(need);
     if bounds.scene.view.bounces == 0 {
@@ -257,7 +267,7 @@ fn check_comparable(need: Need, bounds: &Bounds<'_>) -> Result<()> {
     )))
 }
 
-/// Measures all candidates.
+/// Measures the time and the error of all candidates in about `time`, and shows the progress on stderr.
 fn measure(
     track: &Track<'_>,
     candidates: &[Candidate],
@@ -273,8 +283,9 @@ fn measure(
     Ok(front)
 }
 
-/// The candidates that agree with the user's settings, path tracing first. With `--preset` it is the only one beside path
-/// tracing, with which all are compared; `--config` and `--set` change all.
+/// The candidates for the choice, path tracing first, because all are compared with it. With `--preset`, this
+/// preset is the only other candidate. The changes of `--config` and `--set` are applied to all; candidates
+/// that become equal are listed once.
 fn bound_candidates(bounds: &Bounds<'_>, purpose: Purpose) -> Result<Vec<Candidate>> {
     let mut all = candidates::all(purpose)?;
     if let Some(preset) = &bounds.scene.preset {
@@ -309,7 +320,8 @@ fn bound_candidates(bounds: &Bounds<'_>, purpose: Purpose) -> Result<Vec<Candida
     Ok(bound)
 }
 
-/// Everything that the measurements depend on.
+/// A JSON object with all conditions that the measurements depend on, such as the program, the scene, the
+/// device and the view. Measurements are stored under it; a later run uses them only if its object is equal.
 fn conditions(
     scene: &OpenedScene,
     purpose: Purpose,
@@ -350,7 +362,8 @@ fn conditions(
     }))
 }
 
-/// Prints the choice, and the command that repeats the picture.
+/// Prints notes on stderr: the choice with its time and error, and the command that renders the picture again
+/// without measuring. `fps` is the number of frames per second in this command; `None` leaves it out.
 fn announce(choice: &Choice, bounds: &Bounds<'_>, fps: Option<f64>) -> Result<()> {
     let view = &bounds.scene.view;
     if !choice.candidate.settings()?.is_unbiased() {
@@ -388,10 +401,11 @@ fn announce(choice: &Choice, bounds: &Bounds<'_>, fps: Option<f64>) -> Result<()
     Ok(())
 }
 
-/// The error of a need that the written picture `file` does not meet.
+/// Checks that the need is met. The command calls it after it has written the picture `file`, so that the
+/// user gets the best picture and an error.
 ///
 /// # Errors
-/// Always; there is none if the need is met.
+/// According to the measurements, no permitted choice meets the need.
 pub fn check(need: Need, choice: &Choice, file: &str) -> Result<()> {
     if choice.is_met {
         return Ok(());

@@ -14,7 +14,8 @@ use crate::{Error, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The command-line arguments of `headwater profile`.
+/// The command-line arguments of `headwater profile`, which choose the scene, the settings, the numbers of
+/// frames, and the outputs.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

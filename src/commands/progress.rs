@@ -13,8 +13,8 @@ const LINE_EVERY: Duration = Duration::from_secs(5);
 /// be too uncertain.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(1);
 
-/// The time after which the time left is estimated from the fraction of the work that is done. Before, loading and the
-/// compilation of shaders, which happen once, are most of what was measured.
+/// The minimum time from the start of work that is reported as a fraction to the first estimate of the time
+/// left. Before, most of the time was used to load the scene and to compile shaders, which happens only once.
 const ESTIMATE_FRACTIONS_AFTER: Duration = Duration::from_secs(5);
 
 /// If the estimated time left is longer than this, a notice is printed once, because an argument may have been mistyped.
@@ -37,8 +37,8 @@ pub struct Progress {
     /// the compilation of shaders.
     first: Cell<Option<(Instant, f64)>>,
     announced: Cell<bool>,
-    /// The largest fraction of the work that was reported. The work may turn out to be more than was known; then the fraction
-    /// that is shown stays, until it is reached again.
+    /// The largest progress that was reported, in steps or as a fraction of the work. If the total grows
+    /// during the work, the display does not go back: it stays at this value until the progress exceeds it.
     shown: Cell<f64>,
 }
 
@@ -166,8 +166,9 @@ impl Progress {
         Duration::try_from_secs_f64(seconds).ok()
     }
 
-    /// The estimated time left of work of which the fraction `done`, in [0, 1], is done, where a fraction is one of the whole
-    /// time. `None` in the first seconds.
+    /// The estimated time left, if the fraction `done` of the work, in [0, 1], is done. It assumes that the
+    /// fraction grows in proportion to the time since the start. `None` in the first seconds, or if nothing
+    /// is done.
     fn left_of_whole(&self, done: f64) -> Option<Duration> {
         let passed = self.started.elapsed();
         if passed < ESTIMATE_FRACTIONS_AFTER || done <= 0.0 {

@@ -32,7 +32,8 @@ const SAVE_SECONDS: u64 = 20;
 /// early.
 const MIN_SAMPLES: u32 = 64;
 
-/// The command-line arguments of `headwater reference`.
+/// The command-line arguments of `headwater reference`, which choose the scene, the number of samples per
+/// pixel, and the output files.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

@@ -24,7 +24,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The command-line arguments of `headwater regress`.
+/// The command-line arguments of `headwater regress`, which choose the folder of golden frames, the test
+/// cases, and the outputs.
 #[derive(clap::Args)]
 pub struct Args {
     /// The folder of all golden frames; it contains one folder for each device and driver
@@ -339,7 +340,8 @@ impl<'a> OpenCase<'a> {
         .map(Ok)
     }
 
-    /// Renders the frames, and calls `after` with the session and the index of each frame after it.
+    /// Renders all frames of the case, in order. After each frame, calls `after` with the session and the
+    /// index of the frame.
     fn frames(&mut self, mut after: impl FnMut(&mut Session, u32)) -> Result<()> {
         for index in 0..self.args.frames.unwrap_or(1) {
             self.interrupt.check(NOTHING_WRITTEN)?;
@@ -349,7 +351,8 @@ impl<'a> OpenCase<'a> {
         Ok(())
     }
 
-    /// Renders the picture in whole frames, as a driver meets them elsewhere.
+    /// Renders all frames of the case as the command `render` does, and returns the picture: the last frame,
+    /// or the mean of all frames if the case has `--accumulate`.
     fn picture(&mut self) -> Result<Image> {
         self.frames(|_, _| ())?;
         let samples = match self.args.accumulate {
@@ -381,7 +384,9 @@ impl<'a> OpenCase<'a> {
         })
     }
 
-    /// The levels of the case with [`SEEDS`] seeds. The first is its own.
+    /// Renders the case with [`SEEDS`] consecutive seeds, beginning with its own one, and returns the level
+    /// (the mean of R + G + B) of each picture. Their spread shows whether a difference of levels is only
+    /// noise.
     fn levels(mut self) -> Result<Vec<f64>> {
         let first = self.session.view.seed;
         let seeds = (0..SEEDS).map(|further| {

@@ -12,7 +12,8 @@ use crate::{Error, Result};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// The command-line arguments of `headwater render`.
+/// The command-line arguments of `headwater render`, which choose the scene, the settings, the frames, and
+/// the output files.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

@@ -1,12 +1,14 @@
-//! The command line that repeats a picture: a view, settings, and further options as a shell reads them back.
+//! Writes the command line that renders a picture again: the options of the view, the settings, and further
+//! options, quoted for a shell.
 
 use super::arguments::ViewArgs;
 use crate::base::shell_word::quoted;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
-/// The command `render` with the options of the view `view`, except for the seed, and with the options `settings`. `fps` is
-/// the number of frames per second, if the scene moves.
+/// The command line of `headwater render` with all options of the view `view` except the seed, and with the
+/// options `settings`. `fps` is the number of frames per second if the scene moves; `None` leaves the option
+/// out.
 pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
     let mut command = format!(
         "headwater render {} {settings} --bounces {}",

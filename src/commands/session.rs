@@ -96,7 +96,8 @@ impl Session {
         Self::of(scene, args, settings)
     }
 
-    /// Makes the renderer for a scene that is open.
+    /// Makes a session from a scene that is already open: resolves the settings for this scene, and makes the
+    /// renderer.
     ///
     /// # Errors
     /// `--aov` does not fit the settings, or the device fails.

@@ -16,7 +16,8 @@ use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The command-line arguments of `headwater statistics`.
+/// The command-line arguments of `headwater statistics`, which choose the scenes, the device, and the
+/// outputs.
 #[derive(clap::Args)]
 pub struct Args {
     /// The scenes for which passes are compiled: procedural scenes by name, or files, .gltf, .glb or .obj [default: every

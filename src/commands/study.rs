@@ -42,7 +42,8 @@ const WRITING_FRACTION: f64 = 0.05;
 /// loaded again at each stage.
 const MEMORY_FRACTION: f64 = 0.25;
 
-/// The command-line arguments of `headwater study`.
+/// The command-line arguments of `headwater study`, which choose the plan, the part of its work, and the
+/// folder for the results.
 #[derive(clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -106,9 +107,9 @@ enum Action {
     Merge(merge::Args),
 }
 
-/// Renders the runs that the folder of `--output` does not hold yet. A run is one configuration on one scene with one seed,
-/// over all its frames. Then judges the results of all runs, writes them to the folder, and prints them. With a subcommand
-/// or `--list`, does what these say.
+/// Renders the runs that the folder of `--output` does not contain yet. A run is one configuration on one
+/// scene with one seed, over all its frames. Then judges the results of all runs, writes them to the folder,
+/// and prints them. With `merge` or `--list`, joins shards or lists the plans instead.
 ///
 /// # Errors
 /// Wrong arguments or a wrong plan; a device or disk that fails; a signal; or a configuration that is biased although the
@@ -139,8 +140,10 @@ pub fn run(args: &Args) -> Result<()> {
     conduct(folder, request, shard, args.load, &args.device, None)
 }
 
-/// Conducts the part `shard` of the study that `request` describes, in the folder `folder`. `merged` describes the shards
-/// whose results the folder has; their device must be the one that renders now.
+/// Renders the part `shard` of the study that `request` describes, and writes its results to `folder`.
+/// `merged` describes the shards that were joined in the folder; it is `None` for a study without a merge.
+/// Returns an error if the shards were rendered under other conditions, for example by another device or
+/// driver.
 fn conduct(
     folder: &Path,
     request: Request,
@@ -233,8 +236,8 @@ fn conduct(
     check_messages(&instance.validation_messages())
 }
 
-/// Prints the results. If they are those of a whole study, fails if a row has a fault, such as a bias that the plan does
-/// not expect. A shard has no verdicts, because these depend on the runs of all shards.
+/// Prints the results. For a whole study, returns an error if a row has a fault, such as a bias that the plan
+/// does not expect. A shard has no verdicts, because these depend on the runs of all shards.
 fn report(results: &Results, shard: Shard) -> Result<()> {
     let Results { rows, costs } = results;
     print(results_text::table(rows).trim_end())?;
@@ -250,8 +253,9 @@ fn report(results: &Results, shard: Shard) -> Result<()> {
     Ok(())
 }
 
-/// The description of the study that the folder has already. Fails if that study shares no row with the one of `manifest`,
-/// or is another shard: its results would be replaced.
+/// Reads the description of the study that the folder already has; `None` if it has none. Returns an error if
+/// that study has no row in common with the one of `manifest`, or is another shard, because its results would
+/// be overwritten.
 fn check_folder(folder: &Folder, manifest: &Manifest) -> Result<Option<Manifest>> {
     let Some(old) = Manifest::read(&folder.manifest())? else {
         return Ok(None);
@@ -284,7 +288,8 @@ fn check_folder(folder: &Folder, manifest: &Manifest) -> Result<Option<Manifest>
     )))
 }
 
-/// A study that is running, with what its reports need.
+/// A study that is running: its plan and configurations, its folder, and the writers of its result files and
+/// pages.
 struct Study<'a> {
     plan: &'a Plan,
     configurations: &'a [Resolved],
@@ -294,16 +299,20 @@ struct Study<'a> {
     pages: Pages,
     interrupt: &'a Interrupt,
     progress: Progress,
-    /// True if the runs come from shards, which may have been rendered elsewhere.
+    /// True if the runs come from shards, which other machines may have rendered. Then a scene that differs
+    /// on this machine is an error.
     is_merged: bool,
-    /// When the result files were last written, and how long that took.
+    /// The time at which the result files were last written, and the duration of this write; `None` before
+    /// the first write. They decide when the files are written again.
     written: Option<(Instant, Duration)>,
-    /// The same for the pages, which take longer.
+    /// The time at which the pages were last written, and the duration of this write; `None` before the first
+    /// write. Pages take longer than the result files, so they have their own interval.
     pages_written: Option<(Instant, Duration)>,
 }
 
 impl Study<'_> {
-    /// Renders all that is missing, stage by stage, and in each stage scene by scene.
+    /// Renders all missing runs and references: stage by stage, and within a stage scene by scene. At the
+    /// end, does the work that depends on the results of all stages.
     fn render(
         &mut self,
         ledger: &mut Ledger,
@@ -353,7 +362,8 @@ impl Study<'_> {
         Ok(())
     }
 
-    /// Reports progress, writes the result files if they are old, and ends the study after a signal.
+    /// Called after each step of work: reports the progress, writes the result files if the last write is
+    /// long ago, and returns an error after a signal, so that the study ends.
     fn step(&mut self, ledger: &mut Ledger) -> Result<()> {
         self.progress.at(ledger.forecast.fraction());
         if self.interrupt.pending().is_some() {
@@ -375,7 +385,8 @@ impl Study<'_> {
         Ok(())
     }
 
-    /// Computes the results from what is known, and writes their files.
+    /// Computes the results from the runs and references that are finished, writes the result files, and
+    /// returns the results.
     fn results(&mut self, ledger: &mut Ledger) -> Result<Results> {
         let began = Instant::now();
         let work = (self.plan, self.configurations);
@@ -384,7 +395,7 @@ impl Study<'_> {
         Ok(results)
     }
 
-    /// Writes the pages with the results of this moment.
+    /// Writes the pages with `results`, which must be the newest results.
     fn write_pages(&mut self, results: &Results, ledger: &mut Ledger) -> Result<()> {
         let began = Instant::now();
         let work = (self.plan, self.configurations);
@@ -393,7 +404,8 @@ impl Study<'_> {
         Ok(())
     }
 
-    /// Removes the result files, and the description of the study.
+    /// Removes the result files, the pages and the description of the study, when a new study ends without
+    /// any result.
     fn remove(&self) {
         let files = self.outputs.files().into_iter().chain(self.pages.files());
         for file in files.chain([self.folder.manifest()]) {

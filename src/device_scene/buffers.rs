@@ -23,8 +23,9 @@ macro_rules! declare_contents {
         $(#[$meta:meta])*
         $name:ident: [$element:ty] as $elements:ident $(($argument:tt))?; $count:expr;
     )*) => {
-        /// The elements of every buffer of a scene, in host memory. The buffers are first filled with them; when the time
-        /// changes, some are written anew. An empty `Vec` means that the scene has no elements of this kind.
+        /// The elements of every buffer of a scene, in host memory. The buffers are first filled with them.
+        /// When the time of a moving scene changes, the buffers that depend on time are written again. An
+        /// empty `Vec` means that the scene has no elements of this kind.
         pub struct SceneContents {
             $($(#[$meta])* pub $name: Vec<$element>,)*
             /// Width and height of the environment in texels, with which shaders find the texel for a direction; zero for a
@@ -35,10 +36,11 @@ macro_rules! declare_contents {
             pub environment_turn: Vec2,
         }
 
-        /// Upper bounds of the sizes of the scene's buffers, in bytes, which are known before the bounding volume hierarchies
-        /// (trees) are built. From them the program chooses how shaders access the scene, and refuses a scene that is too
-        /// large for the device. `nodes` is 0, because its size is known only after the trees are built. The choice depends on
-        /// the largest buffer alone, and the nodes are smaller than the positions, except for meshes of very few triangles.
+        /// Upper bounds, in bytes, of the sizes of the scene's buffers. They are computed before the bounding
+        /// volume hierarchies (trees) are built. With them, the program chooses how shaders access the scene,
+        /// and refuses a scene that is too large for the device. `nodes` is 0, because its size is known only
+        /// after the trees are built. The choice depends only on the largest buffer, and the nodes take less
+        /// memory than the positions, except for meshes of very few triangles.
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct BufferBytes { $($(#[$meta])* pub $name: u64,)* }
 
@@ -52,7 +54,8 @@ macro_rules! declare_contents {
                 },)* }
             }
 
-            /// The name of every buffer and the upper bound of its size in bytes, in the order of [`BUFFERS`].
+            /// The name of every buffer and the upper bound of its size in bytes, in the order of
+            /// [`BUFFERS`]. The sizes are compared with the limits of the device.
             pub fn named(&self) -> Vec<(&'static str, u64)> {
                 vec![$((stringify!($name), self.$name),)*]
             }
@@ -68,9 +71,10 @@ macro_rules! declare_contents {
         }
 
         impl SceneBuffers {
-            /// Creates the buffers and uploads `contents` into them. `counts` are the numbers of elements, some of which the
-            /// uniform buffer with the [`SceneTable`] gives to shaders. `variant` is the variant of the shaders that will
-            /// read the buffers; it decides with which Vulkan usages they are created.
+            /// Creates the buffers and uploads `contents` into them. `counts` are the numbers of elements;
+            /// the uniform buffer with the [`SceneTable`] gives some of them to shaders. `variant` is the
+            /// variant of the shaders that will read the buffers; it decides with which Vulkan usages they
+            /// are created.
             ///
             /// # Errors
             /// A buffer exceeds a limit of the device or its free memory, or `variant` uses buffer addresses on a device
@@ -103,8 +107,8 @@ macro_rules! declare_contents {
                 Ok(Self { $($name,)* table })
             }
 
-            /// The name and the buffer of every array of the scene, in the order of [`BUFFERS`]. The uniform buffer with the
-            /// [`SceneTable`] is not included.
+            /// The name and the buffer of every array of the scene, in the order of [`BUFFERS`], for bindings
+            /// and reports of memory. The uniform buffer with the [`SceneTable`] is not included.
             pub fn named(&self) -> Vec<(&'static str, &Buffer)> {
                 vec![$((stringify!($name), &self.$name),)*]
             }

@@ -39,7 +39,8 @@ impl EnvironmentTexels {
         let (width, height) = (environment.width, environment.height);
         let means = environment.means();
         let row = |index: usize| index as u32 / width;
-        // By the mean of what is interpolated: where that is not 0, the texel can be drawn.
+        // Texels are drawn by their mean after interpolation: where the interpolated light is not 0, the
+        // texel can be drawn.
         let light = |index: usize| luminance(means[index]) * environment.solid_angle(row(index));
         let total: f64 = (0..means.len()).map(light).sum();
         let weights: Vec<f64> = (0..means.len())

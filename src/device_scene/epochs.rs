@@ -108,14 +108,15 @@ pub struct MovingScene {
 /// The result of a change of time: the poses (states of the scene at one time), and which parts of the device's data must
 /// be updated.
 pub struct PoseChange<'a> {
-    /// The locked poses: that of the current frame, then that of the previous frame. While this guard exists, other threads
-    /// cannot change the poses. The caller keeps the guard until it has written them to the buffers on the device.
+    /// The poses of the current frame and of the previous frame, in this order, under a lock. As long as the
+    /// caller keeps this guard, other threads cannot change the poses. The caller keeps it until it has
+    /// written the poses to the buffers on the device.
     pub poses: MutexGuard<'a, [ScenePose; 2]>,
     /// True if the pose that was current before this change is now the previous one; false if the time has jumped. If it is
     /// true and rays are traced by ray queries, the acceleration structure over the instances of that pose is reused.
     pub advanced: bool,
-    /// True for each pose that was computed anew: first the current pose, then the previous one. With ray queries, the
-    /// acceleration structure over the instances of such a pose must be rebuilt.
+    /// True for each pose that this change of time has computed: first the current pose, then the previous
+    /// one. With ray queries, the acceleration structure over the instances of such a pose must be rebuilt.
     pub new: [bool; 2],
     /// One transform for each instance of the original scene (before static meshes are merged). It takes a point of the
     /// instance from its position in the current frame to its position in the previous frame; both are in the device's

@@ -16,7 +16,8 @@ use obvhs::cwbvh::node::CwBvhNode;
 /// triangle that a ray hits.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshOffsets {
-    /// The index of the mesh's first triangle in [`Geometry::positions`].
+    /// The index of the mesh's first triangle in [`Geometry::positions`]. Shaders add to it the index of a
+    /// triangle in the mesh.
     pub first_triangle: u32,
     /// The number of triangles of the mesh, which are consecutive in [`Geometry::positions`].
     pub triangle_count: u32,
@@ -53,10 +54,10 @@ pub struct MeshOffsets {
     pub bounds: (Vec3, Vec3),
 }
 
-/// The triangles of all meshes, and one tree per mesh over its triangles if rays are traced in compute, in the form in which
-/// they are uploaded into the scene's buffers. In an array with entries per triangle, the entries of one mesh follow those
-/// of the mesh before it. An array of an optional attribute, such as vertex colours, has no entries for a mesh that lacks
-/// the attribute.
+/// The triangles of all meshes, as they are uploaded into the scene's buffers. If rays are traced in compute,
+/// there is also one tree per mesh over its triangles. In an array with entries per triangle, the entries of
+/// one mesh follow those of the mesh before it. An array of an optional attribute, such as vertex colours,
+/// has no entries for a mesh that lacks the attribute.
 #[derive(Default)]
 pub struct Geometry {
     /// The stored positions of the three corners of each triangle. [`MeshOffsets::to_object`] converts stored positions to
@@ -83,10 +84,12 @@ pub struct Geometry {
     /// the driver builds the trees, for ray queries. Indices of child nodes count from the start of this array, and indices
     /// of triangles from the start of `positions`.
     pub nodes: Vec<CwBvhNode>,
-    /// For each triangle in `positions`, its index in [`Mesh::triangles`], that is, before the triangles were put into the
-    /// order of the tree's leaves. By it, an emissive triangle of a mesh is found among the stored triangles.
+    /// For each triangle in `positions`, its index in [`Mesh::triangles`], that is, before the triangles were
+    /// put into the order of the tree's leaves. With it, an emissive triangle of a mesh is found among the
+    /// stored triangles.
     pub order: Vec<u32>,
-    /// One entry per mesh of the traced scene, in the same order: where its data begin in the other arrays.
+    /// One entry per mesh of the traced scene, in the same order: the indices at which its data begin in the
+    /// other arrays.
     pub meshes: Vec<MeshOffsets>,
     /// The number of levels of the deepest tree over a mesh, from which the size of the traversal's stack is computed; 0 if
     /// the driver builds the trees.
@@ -233,9 +236,9 @@ impl Geometry {
     }
 }
 
-/// A mesh is stored without a scale if its size is at least 1 / `ORDINARY` and below `ORDINARY`, in units of the mesh. The
-/// size is the longest side of the box around the mesh. For coordinates of such sizes, a product of two neither exceeds the
-/// range of f32 nor is so small that it loses digits.
+/// The upper limit of the sizes of meshes that are stored without a scale, in units of the mesh; the lower
+/// limit is its reciprocal. The size of a mesh is the longest side of the box around it. Within these limits,
+/// a product of two coordinates neither exceeds the range of f32 nor is so small that it loses digits.
 const ORDINARY: f32 = (1_u64 << 40) as f32;
 
 /// The length, in units of the mesh, that is stored as 1. It is 1 if `extent`, the longest side of the box around the mesh,
@@ -256,8 +259,9 @@ fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
         .unwrap_or_default()
 }
 
-/// Packs a colour with channels in [0, 1] as 16 bits per channel: red and green in the lower and upper half of the first
-/// word, blue and alpha in those of the second word.
+/// Packs a colour with channels in [0, 1] as 16 bits per channel: red and green in the lower and upper half
+/// of the first word, blue and alpha in those of the second word. [`Geometry::colors`] stores vertex colours
+/// in this form.
 fn pack_color(color: Vec4) -> UVec2 {
     let steps = (color * 65535.0).round();
     let [r, g, b, a] = steps.to_array().map(|step| step as u32);

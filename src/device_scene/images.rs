@@ -14,7 +14,7 @@ const OTHER_BINDINGS: u64 = 64;
 /// shaders can sample images or must read texels from a buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ImageSizes {
-    /// The number of images in the scene.
+    /// The number of images in the scene. A pass that samples images binds all of them.
     pub count: u64,
     /// The longest width or height of any image, in texels; 0 without images.
     pub max_side: u32,
@@ -23,7 +23,8 @@ pub struct ImageSizes {
 }
 
 impl ImageSizes {
-    /// Counts the images of a scene, and finds their largest sizes, without uploading them.
+    /// Counts the images of a scene, and finds their longest side in texels and their largest size in bytes,
+    /// without uploading them.
     pub fn of(scene: &Scene) -> Self {
         let images = || scene.images.iter();
         let max_side = images().map(|image| image.width.max(image.height)).max();

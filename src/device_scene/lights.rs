@@ -20,9 +20,9 @@ pub struct LightSources {
     /// The emissive triangles in object space, in the order in which shaders index them: by instance, then by index in the
     /// mesh.
     pub emitter_triangles: Vec<EmitterTriangle>,
-    /// [`GpuLight::primitive`] of each emissive triangle, with which shaders look up the alpha at a point of the light. For
-    /// a material with alpha mode mask, it is the index of the triangle in its mesh, in the order in which the device stores
-    /// triangles. For other materials it is NONE.
+    /// For each emissive triangle, the value of [`GpuLight::primitive`]. For a material with alpha mode mask,
+    /// it is the triangle's index in its mesh, in the order in which the device stores triangles. Shaders
+    /// look up the alpha at a point of the light with it. For other materials it is NONE.
     primitives: Vec<u32>,
     materials: Vec<Material>,
     punctual: Vec<PunctualLight>,
@@ -65,21 +65,22 @@ pub struct Lights {
     /// light BVH computes the sizes of its boxes and the weights of its lights. The powers of distant lights (directional
     /// lights and the environment) are scaled down so that their sum is at most the sum of the powers of all other lights.
     pub powers: Vec<f64>,
-    /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit of radiance; 0
-    /// if none of them has power. For each pixel, shaders divide by it the luminance that arrives through the pixel from the
-    /// light that its pilot (the pixel's first BSDF ray) hits. Where this quotient is high, the pixel gets more light
-    /// candidates.
+    /// The mean luminance of emissive triangles and the environment, weighted by power, in the device's unit
+    /// of radiance; 0 if none of them has power. Shaders divide the luminance of the light that a pixel's
+    /// pilot (its first BSDF ray) finds by this mean. Pixels near a pilot with a high quotient trace
+    /// additional BSDF rays.
     pub mean_luminance: f32,
 }
 
 impl Lights {
-    /// True if the scene has rare lights, which are far dimmer than the others. If the settings ask for it, separate
-    /// candidates are drawn from them.
+    /// True if the scene has rare lights, which are far dimmer than the others. Depending on the settings,
+    /// separate candidates are drawn from them.
     pub fn has_rare(&self) -> bool {
         !self.rare.is_empty()
     }
 
-    /// True if the light with this index among the lights of all kinds is rare, that is, far dimmer than the others.
+    /// True if the light with this index among the lights of all kinds is rare, that is, far dimmer than the
+    /// others. The light BVH can leave out such lights.
     pub fn is_rare(&self, index: usize) -> bool {
         self.rare.get(index).is_some_and(|is_rare| *is_rare)
     }
@@ -142,8 +143,8 @@ impl LightSources {
                 emitter.placed(&scene.instances[emitter.instance as usize].object_to_world)
             })
             .collect();
-        // An emitter that is off now may be the brightest one later. Not limited: a sun that the scene shuts out takes every
-        // reservoir, however seldom it is drawn.
+        // An emitter that is off now may be the brightest one later. The powers of distant lights are not
+        // limited here: a sun that walls hide takes every reservoir, however seldom it is drawn.
         let brightest = scene.brightest_materials();
         let powers = (sources.light_powers).of_all(&triangles, &brightest, &sources.punctual);
         let names = lights::emitter_names(&triangles, powers.len());
@@ -315,9 +316,9 @@ pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     )
 }
 
-/// The mean luminance of lights, weighted by their power; 0 if none has power. The power of a triangle is its area ×
-/// luminance. `environment` is the pair of the environment's power and mean luminance; `None` without an environment. All
-/// are in the device's units.
+/// The mean luminance of lights, weighted by their power, for [`Lights::mean_luminance`]; 0 if none has
+/// power. The power of a triangle is its area × luminance. `environment` is the pair of the environment's
+/// power and mean luminance; `None` without an environment. All are in the device's units.
 fn mean_luminance(lights: &[GpuLight], environment: Option<(f64, f64)>) -> f32 {
     let (mut power, mut weighted) = (0.0, 0.0);
     for light in lights {

@@ -14,8 +14,8 @@ use glam::Vec3;
 pub struct Materials {
     /// One entry per material of the scene, in the same order. Its textures are indices into `textures`, or NONE.
     pub materials: Vec<GpuMaterial>,
-    /// One entry for each use of an image by a material, by which shaders read the texels: the index of the image or of its
-    /// first texel, its size, the transform of texture coordinates, and the wrap modes.
+    /// One entry for each use of an image by a material: the index of the image or of its first texel, its
+    /// size, the transform of texture coordinates, and the wrap modes. With it, shaders find and read texels.
     pub textures: Vec<GpuTexture>,
     /// For each material, the index of its emissive texture in `textures`; NONE for a material without one.
     /// [`Materials::of_lights`] copies it to each emissive triangle.
@@ -113,10 +113,11 @@ const fn wrap(wrap: Wrap) -> u32 {
     }
 }
 
-/// The smallest product of texture alpha and vertex alpha at which shaders treat a surface of a material with alpha mode
-/// mask as present. At a smaller product there is a hole. The surface is present where this product × the material's own
-/// alpha is at least `cutoff`, the alpha cutoff of the material. For a material with a base colour texture, the result is
-/// lower by a relative tolerance of 4 · 2⁻²³, because devices round texel values.
+/// The smallest product of texture alpha and vertex alpha at which a surface of `material` is present. The
+/// material has the alpha mode mask with the given `cutoff`; at a smaller product, shaders see a hole. The
+/// result is the smallest number whose product with the material's own alpha is at least `cutoff`, and
+/// infinite if that alpha is 0. With a base colour texture, it is lowered by the fraction 4 · 2⁻²³, because
+/// devices round texel values.
 fn least_coverage(material: &Material, cutoff: f32) -> f32 {
     // From two steps below the rounded quotient: no smaller product reaches the cutoff.
     let mut least = (cutoff / material.alpha).next_down().next_down();
@@ -143,7 +144,7 @@ pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
         ((material.ior - 1.0) / (material.ior + 1.0)).powi(2)
     };
     let f0 = (normal_reflectance * material.specular_color).min(Vec3::ONE) * material.specular;
-    // What an unlit surface has is not a reflectance but a radiance.
+    // The base colour of an unlit surface is a radiance, not a reflectance.
     let (base_color, flags) = if material.unlit {
         let seen = material.base_color.as_dvec3() / radiance;
         (seen.as_vec3(), MATERIAL_UNLIT)

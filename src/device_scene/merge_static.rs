@@ -13,8 +13,9 @@ use std::borrow::Cow;
 pub struct TracedScene<'a> {
     /// The scene that is traced. Its last meshes and instances are the merged ones; each merged mesh has one instance.
     pub scene: Cow<'a, Scene>,
-    /// For each instance of the traced scene, its index in the original scene; 0 for the instance of a merged mesh, whose
-    /// parts come from several original instances.
+    /// For each instance of the traced scene, its index in the original scene; 0 for the instance of a merged
+    /// mesh, whose parts come from several original instances. Shaders use it to state the instance of a hit,
+    /// and to find the instance's motion.
     pub instance_ids: Vec<u32>,
     /// For each traced mesh, one number per part (run of triangles with one material); empty for a mesh that is not merged.
     /// The number plus the entry of the mesh's instance in `instance_ids` is the index of the original instance to which the
@@ -139,8 +140,8 @@ impl ElementCounts {
             ..Self::default()
         };
         let mut is_merged = vec![false; scene.meshes.len()];
-        // The triangles of the merged meshes, which sets of texture coordinates these have, and whether colours and
-        // tangents.
+        // For each merged mesh: the number of its triangles, the sets of texture coordinates that it has, and
+        // whether it has colours and tangents.
         let mut groups = [(0, [false; 2], false, false); GROUPS];
         for (instance, merged) in scene.instances.iter().zip(&merged) {
             let mesh = &scene.meshes[instance.mesh as usize];
@@ -172,7 +173,7 @@ impl ElementCounts {
         }
         let emitter_materials = scene.emitter_materials();
         for (index, mesh) in scene.meshes.iter().enumerate() {
-            // Gathering drops meshes without instances.
+            // Merging drops meshes without instances.
             if merges && !used[index] {
                 continue;
             }

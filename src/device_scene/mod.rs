@@ -1,6 +1,7 @@
-//! The scene on the device: its buffers, its lights, its trees, and the two ways to trace rays in it. A ray is traced either
-//! by a ray query on the driver's acceleration structures, or by a walk through an eight-wide BVH in a compute shader. Both
-//! ways see the same triangles, instances and transforms.
+//! The scene on the device: its buffers, its lights, its bounding volume hierarchies (trees), and the two
+//! ways to trace rays in it. A ray is traced either by a ray query on the driver's acceleration structures,
+//! or by a walk through an eight-wide BVH in a compute shader. Both ways see the same triangles, instances
+//! and transforms.
 
 pub mod buffers;
 pub mod compute_bvh;

@@ -31,9 +31,10 @@ pub struct ScenePoser {
     max_depth: u32,
 }
 
-/// An instance of the traced scene, that is, after static meshes are merged. Each pose computes the instance's entry in the
-/// device's array of instances from these fields: its transform from object to world space without motion, in scene units,
-/// the place of its mesh in the arrays of triangles, and the fields of the entry that no motion changes.
+/// The data of an instance of the traced scene (after static meshes are merged) that do not depend on time.
+/// Each pose computes the instance's entry in the device's array of instances from them. `object_to_world` is
+/// the transform from object to world space without motion, in scene units. `mesh` has the indices at which
+/// the data of the instance's mesh begin.
 struct TracedInstance {
     object_to_world: DAffine3,
     mesh: MeshOffsets,
@@ -46,12 +47,14 @@ struct TracedInstance {
 /// frame and, if something moves, that of the previous frame.
 #[derive(Clone)]
 pub struct ScenePose {
-    /// The time of the pose in seconds. If the device already has the pose of a wanted time, it is not computed again.
+    /// The time of the pose in seconds. A new pose is computed only for a time whose pose the device does not
+    /// have yet.
     pub time: f64,
-    /// All traced instances (after static meshes are merged) with their transforms, in the form in which shaders read them,
-    /// but for one field: `root_node` is here the index of the mesh's root in [`Geometry::nodes`]. In the device's buffer of
-    /// nodes, the trees over the instances come first, and the content of [`Geometry::nodes`] follows. So the index at which
-    /// this content begins is added to `root_node` when the instances are uploaded.
+    /// All traced instances (after static meshes are merged) with their transforms, in the form in which
+    /// shaders read them, except for the field `root_node`. Here this field is the index of the mesh's root
+    /// in [`Geometry::nodes`]. On the device, the buffer of nodes has the trees over the instances first,
+    /// then the content of [`Geometry::nodes`]. The index at which this content begins is added to
+    /// `root_node` when the instances are uploaded.
     pub instances: Vec<GpuInstance>,
     /// The indices in `instances` of all instances that rays can hit; only these are in the tree or the acceleration
     /// structure. An instance is left out if its transform flattens it to a plane, a line or a point.
@@ -59,7 +62,8 @@ pub struct ScenePose {
     /// The tree over the boxes of the instances in `visible`, for tracing in compute; it is empty if the driver builds its
     /// own tree for ray queries.
     pub top: Tree,
-    /// The lights at this time, in the device's units.
+    /// The lights at this time, in the device's units. They are uploaded for shaders, and a light BVH takes
+    /// its boxes and powers from them.
     pub lights: Lights,
     /// One pair for each instance that may move: its index in the original scene, before meshes are merged, and its
     /// transform from object to world space at this time. From the pairs of two poses, [`ScenePoser::previous_transforms`]
@@ -190,8 +194,9 @@ impl ScenePoser {
         })
     }
 
-    /// The transform of the traced instance `index` from the stored positions of its mesh to the device's world space.
-    /// `object_to_world` is its transform from object space to the world in scene units.
+    /// The transform of the traced instance `index` from the stored positions of its mesh to the device's
+    /// world space. `object_to_world` is its transform from object space to the world in scene units. The
+    /// instance's entry for shaders and its box are computed from the result.
     fn on_device(&self, object_to_world: &DAffine3, index: usize) -> DAffine3 {
         self.units.to_device() * *object_to_world * self.instances[index].mesh.to_object
     }
@@ -235,9 +240,9 @@ fn columns(transform: DAffine3) -> [Vec3; 4] {
     .map(|column| column.as_vec3())
 }
 
-/// The box (min, max) of an instance in the device's world space. `object_to_world` transforms the mesh's stored positions
-/// to this space. The box is enlarged on each side by a millionth of its largest coordinate, so that rounding errors of rays
-/// in object space cause no misses.
+/// The box (min, max) of an instance in the device's world space, for the tree over the instances.
+/// `object_to_world` transforms the mesh's stored positions to this space. The box is enlarged on each side
+/// by a millionth of its largest coordinate, so that rounding errors of rays in object space cause no misses.
 fn world_box(object_to_world: &DAffine3, offsets: &MeshOffsets) -> (Vec3, Vec3) {
     let (low, high) = (offsets.bounds.0.as_dvec3(), offsets.bounds.1.as_dvec3());
     let mut world = (DVec3::INFINITY, DVec3::NEG_INFINITY);

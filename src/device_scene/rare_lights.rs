@@ -7,14 +7,14 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The power of all rare emitters together is below this fraction of the power of all emitters. The dimmest emitters become
-/// rare first, in order of their power, and the next one is no longer rare if it would break this limit or that of [`PART`].
-/// Draws by power seldom select a rare emitter, and if it is drawn, a brighter emitter nearly always replaces it in the
-/// reservoir.
+/// The upper limit of the summed power of all rare emitters, as a fraction of the power of all emitters.
+/// Emitters become rare in ascending order of their power, until the next one would reach this limit or that
+/// of [`PART`]. Draws by power seldom select an emitter so dim, and if one is drawn, a brighter emitter
+/// nearly always replaces it in the reservoir. Rare emitters therefore get separate candidates.
 const FRACTION: f64 = 1.0 / 96.0;
 
-/// The power of a rare emitter is below this fraction of the mean power of all emitters that have power. So no emitter is
-/// rare in a scene whose emitters have similar powers.
+/// The upper limit of the power of one rare emitter, as a fraction of the mean power of all emitters that
+/// have power. With this limit, no emitter is rare in a scene whose emitters have similar powers.
 const PART: f64 = 1.0 / 8.0;
 
 /// The minimum ratio of the smaller to the larger of two powers at which they count as equal. It is below 1, because
@@ -70,17 +70,19 @@ impl RareLights {
             .then_some(Self { emitters, is_rare })
     }
 
-    /// One weight per light, in proportion to which ordinary candidates (those that compete in reservoirs) select the light:
-    /// its current power from `powers`, or 0 for a rare light. If no ordinary light has power now, every ordinary light has
-    /// the weight 1, because the alias table must select some light.
+    /// The weights, one per light, with which ordinary candidates (those that compete in reservoirs) are
+    /// drawn. The weight of an ordinary light is its current power from `powers`, and that of a rare light is
+    /// 0. If no ordinary light has power now, every ordinary light has the weight 1, because the alias table
+    /// must select some light.
     pub fn common_weights(&self, powers: &[f64]) -> Vec<f64> {
         self.weights_among(powers, false)
     }
 
-    /// One weight per light, in proportion to which the separate candidates of rare lights select the light; 0 for a light
-    /// that is not rare. The weights of a rare emitter's lights are in proportion to their current `powers` and add up to 1,
-    /// so that all rare emitters that have power now are equally likely. The weights are 0 for rare emitters without power
-    /// now. But if no rare emitter has power now, each gets equal weights for its lights, which add up to 1.
+    /// The weights, one per light, with which the separate candidates of rare lights are drawn; 0 for a light
+    /// that is not rare. The weights of the lights of one rare emitter are in proportion to their current
+    /// `powers` and add up to 1. So all rare emitters that have power now are equally likely. A rare emitter
+    /// without power now has the weight 0. If no rare emitter has power now, the lights of each rare emitter
+    /// have equal weights, which add up to 1.
     pub fn rare_weights(&self, powers: &[f64]) -> Vec<f64> {
         let weights = self.weights_among(powers, true);
         let of_emitters = sums(&weights, &self.emitters, self.emitters.len());

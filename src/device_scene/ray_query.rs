@@ -13,20 +13,21 @@ pub struct RayQueryScene {
     /// The top-level structures. If something moves, there are two, one for the current and one for the previous frame,
     /// which exchange these roles in each new frame. Otherwise there is one.
     tops: Vec<AccelerationStructure>,
-    /// The index in `tops` of the structure of the current frame.
+    /// The index in `tops` of the structure of the current frame: 0 or 1. It changes in each new frame if
+    /// there are two structures.
     current: AtomicUsize,
     /// The bottom-level structure of each mesh; `None` for a mesh without triangles.
     meshes: Vec<Option<AccelerationStructure>>,
-    /// For each instance, the index of its mesh in `meshes`, by which a rebuilt top-level structure refers to the meshes
-    /// again.
+    /// For each instance, the index of its mesh in `meshes`. A top-level structure that is rebuilt finds the
+    /// meshes of its instances with it.
     mesh_of: Vec<u32>,
 }
 
 impl RayQueryScene {
-    /// Builds a bottom-level structure for each mesh, and top-level structures over the instances. `tops` is the number of
-    /// the latter: 2 if something moves, for the current and the previous frame, otherwise 1. `positions` is the buffer with
-    /// the triangles of all meshes. `visible` has the indices of the instances that are included, and `mesh_of` has the
-    /// index in `meshes` of each instance's mesh.
+    /// Builds a bottom-level structure for each mesh, and top-level structures over the instances. `tops` is
+    /// the number of top-level structures: 2 if something moves, for the current and the previous frame,
+    /// otherwise 1. `positions` is the buffer with the triangles of all meshes. `visible` has the indices of
+    /// the instances that are included, and `mesh_of` has the index in `meshes` of each instance's mesh.
     ///
     /// # Errors
     /// The device lacks memory, was opened without ray query, or there are more than 2²⁴ instances.
@@ -69,7 +70,7 @@ impl RayQueryScene {
         Ok(scene)
     }
 
-    /// The top-level structure over the instances of the current frame.
+    /// The top-level structure over the instances of the current frame, in which shaders trace rays.
     pub fn top(&self) -> &AccelerationStructure {
         &self.tops[self.current.load(Ordering::Relaxed)]
     }

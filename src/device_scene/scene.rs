@@ -47,7 +47,8 @@ pub struct GpuScene {
     /// multiple of 8, so that scenes with trees of similar depth share compiled shaders.
     pub stack_size: u32,
     buffers: SceneBuffers,
-    /// The texture images; empty if shaders read texels from a buffer.
+    /// The texture images in the order of the scene, which shaders sample; empty if shaders read texels from
+    /// a buffer.
     images: Vec<SampledImage>,
     ray_query: Option<RayQueryScene>,
     moving: Option<MovingScene>,
@@ -103,7 +104,7 @@ impl GpuScene {
         let mut poser = ScenePoser::new(&traced, &geometry, units, trees);
         let start = motion.map_or_else(Pose::default, |motion| motion.pose(0.0));
         let pose = poser.pose_at(0.0, start)?;
-        // One group a level, and two where an instance is entered.
+        // One group per level, and two more where a ray enters an instance.
         let levels = |top: u32| (top + geometry.depth + 2).next_multiple_of(8);
         let mut stack_size = levels(pose.top.depth);
         let first_lights = pose.lights.clone();
@@ -276,7 +277,8 @@ impl GpuScene {
         ))
     }
 
-    /// True if instances or lights move, or if emission changes over time; motion of cameras does not count.
+    /// True if instances or lights move, or if emission changes with time; motion of cameras does not count.
+    /// The device then stores the state of the previous frame too.
     pub fn moves(&self) -> bool {
         self.moving.is_some()
     }

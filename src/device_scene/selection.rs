@@ -9,17 +9,19 @@ use crate::gpu::{DeviceInfo, DriverKind, Features};
 use crate::shader_interface::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 use crate::{Error, Result};
 
-/// The inputs that decide the shader variant besides the device and the scene: the user's requests, and whether the commands are
-/// captured. For each request that is `None`, [`select`] decides by its rules. A shader variant states how shaders trace
-/// rays, and how they read buffers and textures.
+/// The inputs that decide the shader variant besides the device and the scene: the requests of the user, and
+/// whether a tool captures the commands. For each request that is `None`, [`select`] decides by its rules. A
+/// shader variant states how shaders trace rays, and how they read buffers and textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
-    /// The requested tracer: ray queries, or the BVH that is traversed in compute.
+    /// The requested tracer: ray queries, or the BVH that is traversed in compute. With `None`, [`select`]
+    /// decides.
     pub tracer: Option<Tracer>,
-    /// The requested access of shaders to the buffers of the scene: through bound storage buffers, whose size the device
-    /// limits, or by device address.
+    /// The requested access of shaders to the buffers of the scene: through bound storage buffers, whose size
+    /// the device limits, or by device address. With `None`, [`select`] decides.
     pub geometry: Option<GeometryAccess>,
-    /// The requested access of shaders to the texels of textures: from a buffer or from images.
+    /// The requested access of shaders to the texels of textures: from a buffer or from images. With `None`,
+    /// [`select`] decides.
     pub textures: Option<Textures>,
     /// True if a capture tool records the commands, to replay them later. Buffer addresses are then avoided on devices that
     /// cannot give a replayed buffer the same address.
@@ -35,8 +37,8 @@ pub struct Selection {
     pub tracer_reason: String,
     /// A phrase for reports that states why shaders access the scene's buffers through bindings or by address.
     pub geometry_reason: String,
-    /// A phrase for reports that states why shaders read data of four words at a time, such as nodes of trees, as texels or
-    /// as single words.
+    /// A phrase for reports that states why shaders read data in groups of four words, such as nodes of
+    /// trees, as texels or as single words.
     pub fetch_reason: String,
     /// A phrase for reports that states why shaders read textures from a buffer or from images.
     pub textures_reason: String,

@@ -68,8 +68,9 @@ fn compile(file: &str, sources: &Sources, variant: Variant, debug: Debug) -> Res
         .map_err(|e| Error::input(e.replace('\n', "; ")))
 }
 
-/// The paths of the GLSL files that passes compiled by [`spirv`] have included so far in this process. By them,
-/// [`changes_without_effect`] finds edited files that no pass uses. The set stays locked while the result exists.
+/// The paths of the GLSL files that passes compiled by [`spirv`] have included so far in this process.
+/// [`changes_without_effect`] compares edited files with them, to find those that no pass uses. The set stays
+/// locked while the result exists.
 fn used_files() -> MutexGuard<'static, BTreeSet<String>> {
     static USED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     USED.lock().unwrap_or_else(PoisonError::into_inner)
@@ -118,8 +119,8 @@ pub fn sources() -> Sources {
     sources
 }
 
-/// Hashes of the GLSL sources in use, including the generated declarations. Studies store results under names that contain
-/// these hashes, so that results are computed anew after a change of the shaders.
+/// Hashes of the GLSL sources in use, including the generated declarations. Studies store results under names
+/// that contain these hashes, so that results are computed again after a change of the shaders.
 pub struct Fingerprints {
     /// The first 16 hexadecimal digits of the BLAKE3 hash of the names and texts of all GLSL files. As long as it is the
     /// same, a study reuses its finished runs.
@@ -166,8 +167,9 @@ fn hash_of(sources: &Sources, is_wanted: impl Fn(&str) -> bool) -> String {
     short(&hasher.finalize())
 }
 
-/// The GLSL sources of the folder that `HEADWATER_GLSL` names or, if the variable is not set, the embedded ones; in both
-/// cases with the generated declarations.
+/// The GLSL sources of the folder that `HEADWATER_GLSL` names or, if the variable is not set, the embedded
+/// ones; in both cases with the generated declarations. Passes are compiled from them at run time, and their
+/// hashes are computed.
 fn sources_in_use() -> Result<Sources> {
     let Some(folder) = edited_folder() else {
         return Ok(sources());

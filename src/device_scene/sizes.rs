@@ -35,15 +35,18 @@ const LIGHT_BYTES: usize = size_of::<EmitterTriangle>()
 /// them with the device's limits before anything is uploaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneSizes {
-    /// The number of stored triangles; the triangles of a mesh with several instances are stored once.
+    /// The number of stored triangles, which must be so small that shaders can address their positions with
+    /// 32-bit indices. The triangles of a mesh with several instances are stored once.
     pub triangles: u64,
     /// The number of emissive triangles in the world, which must not exceed 2²⁹, the number that a reservoir can index. A
     /// triangle counts once for each instance of its mesh.
     pub triangle_lights: u64,
-    /// An upper bound of the size in bytes of each buffer except that of the trees' nodes. The latter counts as 0, because
-    /// the number of nodes is not known before the trees are built.
+    /// An upper bound of the size in bytes of each buffer except that of the trees' nodes. The buffer of
+    /// nodes counts as 0, because the number of nodes is not known before the trees are built. The shader
+    /// variant is chosen by these sizes.
     pub bytes: BufferBytes,
-    /// The number and the largest sizes of the scene's images, for the case that shaders sample images.
+    /// The number and the largest sizes of the scene's images. If they exceed a limit of the device, shaders
+    /// read texels from a buffer instead of sampling images.
     pub images: ImageSizes,
 }
 

@@ -1,5 +1,5 @@
-//! The values of the specialisation constants that depend on the scene. By them, shaders leave out the code for features
-//! that the scene lacks, and run faster.
+//! The values of the specialisation constants that depend on the scene. With them, shaders leave out the code
+//! for features that the scene lacks, and so run faster.
 
 use super::GpuScene;
 use crate::shader_interface::Specialisation;
@@ -16,7 +16,7 @@ impl GpuScene {
             has_textures: full || requires.textures,
             has_emissive_textures: full || requires.emissive_textures,
             has_alpha: full || requires.alpha,
-            // It asks for more rays.
+            // This code would trace more rays.
             has_blend: requires.blending,
             has_normal_maps: full || requires.normal_maps,
             has_unlit: full || requires.unlit,

@@ -5,7 +5,8 @@ use crate::base::random::Random;
 use crate::shader_interface::GpuInstance;
 use glam::{DVec3, Vec3};
 
-/// A random point on a surface of the scene, in the device's units.
+/// A random point on a surface of the scene, in the device's units. The scale of the light BVH is chosen from
+/// such points, and the hash grid can be filled at them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
     /// The position of the point in the device's world space.

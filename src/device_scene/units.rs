@@ -13,14 +13,17 @@ pub struct Units {
     /// The point of the world, in scene units, that becomes zero on the device; it is usually the camera's position. f32 is
     /// most precise around zero.
     pub origin: DVec3,
-    /// The length, in scene units, that is stored as 1 on the device; a power of two.
+    /// The device's unit of length: the length, in scene units, that is stored as 1. It is a power of two
+    /// near the usual size of the scene's instances, or larger if the scene reaches very far from the origin.
     pub length: f64,
-    /// The radiance, in the scene's unit, that is stored as 1 on the device; a power of two.
+    /// The device's unit of radiance: the radiance, in W/(m²·sr), that is stored as 1. It is a power of two
+    /// near the radiance of the brightest light.
     pub radiance: f64,
 }
 
-/// On the device, the absolute value of each coordinate is below twice this number, 2⁵¹, so that its square is within the
-/// range of f32. The unit of length is chosen large enough for this.
+/// Half of the upper limit of absolute coordinates on the device, in the device's unit of length. The unit of
+/// length is chosen so large that every coordinate is below the limit, 2⁵¹. Squares of coordinates are then
+/// within the range of f32.
 const FARTHEST: f64 = (1_u64 << 50) as f64;
 
 impl Units {
@@ -45,8 +48,8 @@ impl Units {
         let farthest = power_of_two(farthest.fold(0.0, f64::max));
         // Squares of the largest coordinates must not overflow either.
         let length = usual_size(&boxes).max(farthest / FARTHEST);
-        // As bright as a surface that a light fills the view of, at the least distance to what it lights, but not below 1 on
-        // the device.
+        // A punctual light counts with its intensity divided by the square of its distance to the scene's
+        // geometry, which counts as at least 1 on the device.
         let punctual = scene
             .punctual_lights
             .iter()
@@ -83,20 +86,22 @@ impl Units {
         2.0 * FARTHEST * self.length
     }
 
-    /// The transform of points from the world, in scene units, to the device's world space.
+    /// The transform of points from the world, in scene units, to the device's world space, in which shaders
+    /// compute.
     pub fn to_device(&self) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(1.0 / self.length))
             * DAffine3::from_translation(-self.origin)
     }
 
     /// The transform of points from the device's world space to the world, in scene units; the inverse of
-    /// [`Units::to_device`].
+    /// [`Units::to_device`]. Transforms from the current to the previous frame are computed with both.
     pub fn to_world(&self) -> DAffine3 {
         DAffine3::from_translation(self.origin) * DAffine3::from_scale(DVec3::splat(self.length))
     }
 }
 
-/// The largest power of two that is not above `number`; 1 if `number` is not positive.
+/// The largest power of two that is not above `number`; 1 if `number` is not positive. The device's units are
+/// such powers, so that dividing by them rounds nothing.
 pub(super) fn power_of_two(number: f64) -> f64 {
     if number > 0.0 {
         2.0_f64.powi(exponent(number) as i32)

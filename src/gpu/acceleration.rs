@@ -35,7 +35,8 @@ pub struct BlasGeometry<'a> {
 /// One instance in a top-level structure: a mesh with a transform, and an index by which shaders recognise it in a hit.
 #[derive(Clone, Copy)]
 pub struct TlasInstance<'a> {
-    /// Bottom-level structure of the instance's mesh.
+    /// Bottom-level structure of the instance's mesh, in which rays that reach the instance are traced
+    /// further.
     pub blas: &'a AccelerationStructure,
     /// The four columns of the 3×4 transform from object space to world space; the last column is the translation.
     pub object_to_world: [Vec3; 4],
@@ -239,8 +240,8 @@ impl Build<'_> {
 }
 
 /// Makes a buffer on the device with the instances, in the layout that a build of a top-level structure reads
-/// (`VkAccelerationStructureInstanceKHR`). Only the build uses the buffer, so the caller frees it after the build. `name` is
-/// the name of the structure, from which the buffer's own name is made.
+/// (`VkAccelerationStructureInstanceKHR`). Only the build uses the buffer, so the caller frees it after the
+/// build. The name of the buffer is made from `name`, the name of the structure.
 fn instance_buffer(
     device: &Arc<Device>,
     name: &str,

@@ -14,13 +14,15 @@ use std::sync::Arc;
 /// and the source or the destination of copies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Usage {
-    /// The buffer can be input for the build of an acceleration structure: positions of triangles, or instances.
+    /// True if the buffer can be input for the build of an acceleration structure: positions of triangles, or
+    /// instances.
     pub acceleration_input: bool,
-    /// The buffer can store an acceleration structure.
+    /// True if the buffer can store an acceleration structure, as the destination of its build.
     pub acceleration_storage: bool,
-    /// The buffer can be bound as a uniform buffer, for small data that all invocations share, such as constants of a pass.
+    /// True if the buffer can be bound as a uniform buffer, for small data that all invocations share, such
+    /// as constants of a pass.
     pub uniform: bool,
-    /// Shaders can read the buffer as texels of four `uint`s. Its size is then limited to
+    /// True if shaders can read the buffer as texels of four `uint`s. Its size is then limited to
     /// [`DeviceInfo::max_texel_bytes`](super::DeviceInfo::max_texel_bytes).
     pub texels: bool,
 }

@@ -13,8 +13,8 @@ use std::thread::{Builder, JoinHandle};
 /// later use of the program reports.
 type Made = std::result::Result<Program, String>;
 
-/// Stack size, in bytes, of each thread that makes a program. Drivers' compilers recurse deeply, so it is the usual size of
-/// a main thread's stack.
+/// Stack size, in bytes, of each thread that makes a program. It is as large as the usual stack of a main
+/// thread, because drivers' compilers recurse deeply.
 const STACK_BYTES: usize = 8 << 20;
 
 /// A program (a compute pipeline with its layouts) that a background thread makes or has made. Dropping the value waits for

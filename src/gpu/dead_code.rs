@@ -86,8 +86,8 @@ fn whole_variables(function: &Function) -> HashSet<Word> {
     variables
 }
 
-/// What is known about a value or a variable of the shader: that it is one constant word in every invocation, or that it may
-/// vary. A branch whose condition is a known word reaches only one of its targets.
+/// Knowledge about a value or a variable of the shader: either it is one constant word in every invocation,
+/// or it may vary. A branch whose condition is a known word reaches only one of its targets.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
     /// The value is known: it is this 32-bit word in every invocation, where booleans are 0 or 1. Code can be removed if a
@@ -97,8 +97,9 @@ enum Known {
     Varies,
 }
 
-/// What is known about a value that is always equal to one of several `values`, such as the result of a phi. It is their
-/// common word if all have the same one, and otherwise [`Known::Varies`]. `None` if there are no values.
+/// Knowledge about a value that is always equal to one of several `values`, such as the result of a phi. It
+/// is their common word if all have the same one, and otherwise [`Known::Varies`]. `None` if there are no
+/// values.
 fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     let first = values.next()?;
     Some(match values.all(|other| other == first) {
@@ -107,8 +108,8 @@ fn common(mut values: impl Iterator<Item = Known>) -> Option<Known> {
     })
 }
 
-/// The blocks of one function that may run if the function is called, and what is known about the values in them. All other
-/// blocks of the function are emptied.
+/// The blocks of one function that may run if the function is called, and the knowledge about the values in
+/// them. All other blocks of the function are emptied.
 struct Reached<'a> {
     constants: &'a HashMap<Word, u32>,
     /// Ids of the values that the instructions of the function compute, in all its blocks. Nothing is known about such a
@@ -117,9 +118,9 @@ struct Reached<'a> {
     own: HashSet<Word>,
     /// Ids of the function's variables that are only loaded and stored as a whole, as [`whole_variables`] finds them.
     variables: HashSet<Word>,
-    /// What is known so far about the values in the function, by id: the results of its instructions, and the content of its
-    /// `variables`. A result is missing until the search finds that the block of its instruction may run. A variable is
-    /// missing until the search finds that a store to it may run.
+    /// Knowledge so far about the values in the function, by id: the results of its instructions, and the
+    /// content of its `variables`. A result is missing until the search finds that the block of its
+    /// instruction may run. A variable is missing until the search finds that a store to it may run.
     known: HashMap<Word, Known>,
     /// Labels of the blocks that may run, as far as the search has found them.
     blocks: HashSet<Word>,
@@ -188,9 +189,9 @@ impl<'a> Reached<'a> {
         is_new
     }
 
-    /// What is known about an operand of an instruction: the word of a constant, or what was found for a value of this
-    /// function. It is [`Known::Varies`] for literals, parameters and all other values. `None` if the instruction that
-    /// computes the value was not reached yet.
+    /// Knowledge about an operand of an instruction: the word of a constant, or the result of the search for
+    /// a value of this function. It is [`Known::Varies`] for literals, parameters and all other values.
+    /// `None` if the search has not yet reached the instruction that computes the value.
     fn operand(&self, operand: &Operand) -> Option<Known> {
         let Operand::IdRef(id) = operand else {
             return Some(Known::Varies);
@@ -202,9 +203,9 @@ impl<'a> Reached<'a> {
         }
     }
 
-    /// What is known about the result of an instruction in the block with the label `here`; `None` if nothing is known yet.
-    /// That is the case for a phi until a value that arrives by a reached edge is known, and for a load of a tracked
-    /// variable until a store to the variable is reached.
+    /// Knowledge about the result of an instruction in the block with the label `here`; `None` if there is
+    /// none yet. That is the case for a phi until a value that arrives by a reached edge is known, and for a
+    /// load of a tracked variable until a store to the variable is reached.
     fn evaluate(&self, instruction: &Instruction, here: Word) -> Option<Known> {
         let operands = &instruction.operands;
         let operation = instruction.class.opcode;
@@ -249,7 +250,8 @@ impl<'a> Reached<'a> {
         Some(folded.map_or(Known::Varies, Known::Word))
     }
 
-    /// What is known about the value that `function` returns. `None` if none of its blocks that may run returns a value.
+    /// Knowledge about the value that `function` returns. `None` if none of its blocks that may run returns a
+    /// value.
     fn returned(&self, function: &Function) -> Option<Known> {
         let blocks = function.blocks.iter();
         let live = blocks.filter(|block| label_of(block).is_some_and(|l| self.blocks.contains(&l)));

@@ -1,4 +1,5 @@
-//! Descriptor sets, which bind the resources of a pass. Those of one command buffer share a descriptor pool.
+//! Descriptor sets, which bind the resources of a pass. The sets of one command buffer come from one
+//! descriptor pool, or from several if the first one is full.
 
 use super::buffer::Buffer;
 use super::commands::Commands;
@@ -9,12 +10,12 @@ use crate::Result;
 use ash::prelude::VkResult;
 use ash::vk;
 
-/// The number of passes like the one that needs a new descriptor pool for which the pool has space. It exceeds the number of
-/// passes of a frame, so that a frame uses one or two pools.
+/// Number of descriptor sets, one per pass, for which a new descriptor pool has space. It exceeds the number
+/// of passes of a frame, so that a frame uses one or two pools.
 const PASSES_PER_POOL: u32 = 32;
 
-/// Makes a descriptor pool with space for the sets of [`PASSES_PER_POOL`] passes that bind as many resources of each kind as
-/// `resources`.
+/// Makes a descriptor pool with space for [`PASSES_PER_POOL`] descriptor sets. Each set can bind as many
+/// buffers of each kind as `resources` has entries, and as many images as `resources` has.
 fn make_pool(device: &Device, resources: &[Resource<'_>]) -> VkResult<vk::DescriptorPool> {
     // Passes differ in the kinds of the buffers that they bind, so each kind has space for all.
     let buffers = resources.len().max(1) as u32;
@@ -44,7 +45,8 @@ fn make_pool(device: &Device, resources: &[Resource<'_>]) -> VkResult<vk::Descri
     unsafe { device.raw.create_descriptor_pool(&info, None) }
 }
 
-/// Takes a descriptor set for `program` from the pool `pool`.
+/// Allocates a descriptor set with the layout of `program` from `pool`. An error can mean that the pool is
+/// full.
 fn allocate(
     device: &Device,
     pool: vk::DescriptorPool,
@@ -60,9 +62,10 @@ fn allocate(
 }
 
 impl Commands {
-    /// Makes a descriptor set that binds `resources`, one for each of the program's bindings, in their order. The set comes
-    /// from the first descriptor pool of the commands that has space for it, or from a new one. It is valid until the commands have
-    /// finished. `name` is the name of the pass, for error messages.
+    /// Makes a descriptor set that binds `resources`, which has one entry for each of the program's bindings,
+    /// in their order. The set comes from the first descriptor pool of the commands that has space for it, or
+    /// from a new one. It is valid until the commands have finished. `name` is the name of the pass, for
+    /// error messages.
     pub(super) fn descriptor_set(
         &mut self,
         name: &str,

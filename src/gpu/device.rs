@@ -48,7 +48,8 @@ pub struct Features {
 /// An open device with its queue and memory allocator. Buffers, passes and other objects that are made from a device keep it
 /// open.
 pub struct Device {
-    /// Properties, limits and abilities of the physical device.
+    /// Properties, limits and abilities of the physical device, from which features and shader variants are
+    /// chosen.
     pub info: DeviceInfo,
     /// The features with which the device was opened; `buffer_addresses` is also true if `ray_query` is.
     pub features: Features,
@@ -78,9 +79,9 @@ pub struct Device {
 }
 
 impl Device {
-    /// From now on, runs each pass in a separate submission, and stores a hash of each buffer that the pass may write.
-    /// [`Records::take_outputs`] returns the hashes, which regression tests compare to find the first pass whose results
-    /// differ.
+    /// Switches on the hashing of outputs: from now on, each pass runs in a separate submission, and a hash
+    /// of each buffer that the pass may write is stored. [`Records::take_outputs`] returns the hashes, which
+    /// regression tests compare to find the first pass whose results differ.
     ///
     /// # Errors
     /// The device was opened without [`Features::hashed_outputs`].
@@ -301,7 +302,8 @@ impl Device {
         self.instance.tools(&self.info)
     }
 
-    /// The Vulkan instance from which the device was opened.
+    /// The Vulkan instance from which the device was opened. Presentation needs it to make a headless
+    /// surface.
     pub(super) fn instance(&self) -> &Instance {
         &self.instance
     }
@@ -382,8 +384,8 @@ impl Device {
     }
 }
 
-/// A debug label around submissions, by which capture tools and profilers show what belongs together. Dropping the value
-/// ends the label. Without debug utilities it is empty and has no effect.
+/// A debug label around submissions, which capture tools and profilers show as one group with a name.
+/// Dropping the value ends the label. Without debug utilities it is empty and has no effect.
 pub struct Label(Option<Arc<Device>>);
 
 impl Drop for Label {

@@ -3,11 +3,12 @@
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
-/// Size in bytes of a texel in a buffer that shaders read through a texel view: four `uint`s. Sizes of buffers are rounded
-/// up to a multiple of it, so that the last words can be read as a texel.
+/// Size in bytes of a texel in a buffer that shaders read through a texel view: four `uint`s. Sizes of
+/// buffers are rounded up to a multiple of this size, so that the last words can be read as a texel.
 pub(super) const TEXEL_SIZE: u64 = 16;
 
-/// Drivers that need special treatment, such as access to the buffers of a scene by bindings instead of by address.
+/// The driver of a device, as far as it needs special treatment, such as access to the buffers of a scene by
+/// bindings instead of by address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverKind {
     /// The device runs on Mesa's Vulkan driver for the CPU, llvmpipe (also called lavapipe). Before Mesa 25, the driver may
@@ -137,9 +138,10 @@ impl DeviceInfo {
         TEXEL_SIZE * u64::from(self.max_texels)
     }
 
-    /// The number of threads among which the driver splits a dispatch; 1 for GPUs. Each thread gets one contiguous range of
-    /// workgroups, and all ranges have the same length (llvmpipe does so). By this number, shaders map workgroups to pixels
-    /// so that each thread gets pixels from the whole image. Otherwise a thread with an easy part of the image would idle.
+    /// The number of threads among which the driver splits a dispatch; 1 for GPUs. Each thread gets one
+    /// contiguous range of workgroups, and all ranges have the same length (llvmpipe does so). From this
+    /// number, shaders compute the pixels of a workgroup, so that each thread gets pixels from the whole
+    /// image. Otherwise a thread with an easy part of the image would idle.
     pub fn interleave(&self) -> u32 {
         match std::thread::available_parallelism() {
             Ok(threads) if self.is_cpu() => threads.get() as u32,

@@ -5,8 +5,8 @@ use super::buffer::Buffer;
 use super::commands::Commands;
 use ash::vk;
 
-/// Layout of an image while rows are copied into it. The layout `GENERAL` would also work, but the validation layers warn of
-/// copies into images with it.
+/// Layout of an image while rows are copied into it. The layout `GENERAL` would also work, but the validation
+/// layers warn of copies into images with that layout.
 pub(super) const UPLOAD: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
 /// The subresource range of a whole colour image with one level of detail and one layer. All images of Headwater are of this

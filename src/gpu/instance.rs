@@ -32,7 +32,7 @@ pub struct Instance {
     /// Functions that make and query headless surfaces; `None` if presentation was not requested, or if Vulkan lacks the
     /// extensions for it.
     pub(super) surfaces: Option<Surfaces>,
-    /// Keeps the Vulkan library loaded; dropped last.
+    /// The loaded Vulkan library. It must stay loaded while the instance is used, so it is dropped last.
     entry: ash::Entry,
 }
 

@@ -24,7 +24,8 @@ pub enum Resource<'a> {
     Read(&'a Buffer),
     /// The shader may read and write this storage buffer. It must not be declared `readonly` in the shader.
     Write(&'a Buffer),
-    /// The shader reads this buffer as a uniform block.
+    /// The shader reads this buffer as a uniform block: small data, such as constants, that all invocations
+    /// share.
     Uniform(&'a Buffer),
     /// The shader reads this buffer as texels of four `uint`s. The buffer must have been made with
     /// [`Usage::texels`](super::Usage::texels).
@@ -54,8 +55,9 @@ pub trait Bindings<'a> {
     }
 }
 
-/// A group of resources that passes have in common, such as those of the scene. A pass binds those of them that its shader
-/// uses; see `[offers …]` of [`bindings!`](crate::bindings). `None` of an [`Option`] offers nothing.
+/// A group of resources that passes have in common, such as the buffers of the scene. Each pass binds only
+/// the resources that its shader uses; see `[offers …]` of [`bindings!`](crate::bindings). A group that is
+/// `None` has no resources.
 pub trait Offers {
     /// The resources, each with the name of its binding in the shaders.
     fn resources(&self) -> Vec<(&'static str, Resource<'_>)>;
@@ -118,7 +120,8 @@ pub struct ComputePass {
     /// error if it is given push constants of another size.
     pub(super) push_constant_size: u32,
     name: String,
-    /// Number of images that must be bound to the shader's array of images; 0 for a shader without one.
+    /// Number of images that must be bound to the shader's array of images at each run; 0 for a shader
+    /// without one.
     image_count: u32,
     has_run: AtomicBool,
 }
@@ -191,9 +194,9 @@ impl ComputePass {
         &self.name
     }
 
-    /// True if the pass has not run before. The call itself counts as a run, so [`Recording::pass`](super::Recording::pass)
-    /// calls this function exactly once per run. Times of first runs are marked by it, because some drivers still compile
-    /// during a first run.
+    /// True if the pass has not run before. The call itself counts as a run, so
+    /// [`Recording::pass`](super::Recording::pass) calls this function exactly once per run. The result marks
+    /// the time of a first run, because some drivers still compile during a first run.
     pub(super) fn is_first_run(&self) -> bool {
         !self.has_run.swap(true, Ordering::Relaxed)
     }

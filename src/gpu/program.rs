@@ -1,5 +1,6 @@
-//! Programs. A program is what the device needs to run a pass: the compute pipeline that was made from its specialised
-//! shader, the layouts of the pipeline, and the list of the bindings that the shader uses.
+//! Programs. A program has everything that the device needs to run a pass: the compute pipeline that was made
+//! from its specialised shader, the layouts of the pipeline, and the list of the bindings that the shader
+//! uses.
 
 use super::dead_code::remove_dead_code;
 use super::device::Device;

@@ -19,7 +19,8 @@ pub(super) struct Recorder {
     pub(super) fence: vk::Fence,
     /// Pool of timestamp queries, two per region for [`MAX_TIMED_REGIONS`] regions; null if the device has no timestamps.
     pub(super) queries: vk::QueryPool,
-    /// Descriptor pools of the commands. A new one is made when all are full; later recordings use the same ones.
+    /// Descriptor pools from which the commands get their descriptor sets. A new pool is made when all are
+    /// full, and later recordings reuse all pools.
     pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
 }
 
@@ -67,8 +68,8 @@ impl Recorder {
         Ok(())
     }
 
-    /// Resets the command buffer, the fence, the queries and the descriptor pools, and begins to record new commands. The commands that were
-    /// submitted with this recorder before must have finished.
+    /// Resets the command buffer, the fence, the queries and the descriptor pools, and begins to record new
+    /// commands. The commands that were submitted with this recorder before must have finished.
     pub(super) fn begin(&self, raw: &ash::Device) -> Result<(), vk::Result> {
         // SAFETY: an idle recorder's commands are not running.
         unsafe {
@@ -113,9 +114,9 @@ pub struct PassTime {
     /// Time on the device from the start to the end of the run, in milliseconds. If the entry is a sum of several runs, this
     /// is the total time of these runs.
     pub milliseconds: f64,
-    /// Time at which the run started, in milliseconds after the first timestamp of its submission (the commands that were
-    /// submitted together). Traces of a profile place the run on a time line by it. If the entry is a sum of several runs,
-    /// this is the start of the first of them.
+    /// Time at which the run started, in milliseconds after the first timestamp of its submission (the
+    /// commands that were submitted together). It is the position of the run on the timeline of a trace. If
+    /// the entry is a sum of several runs, this is the start of the first of them.
     #[serde(skip)]
     pub start: f64,
     /// True if the run is the first one of its pass, or if the entry is a sum that contains the first run. Some drivers
@@ -147,8 +148,8 @@ impl PassTime {
     }
 }
 
-/// Commands that were submitted and may still run, with the objects and data that are needed to wait for them, to reuse the
-/// recorder, and to compute the times of passes. The resources that the commands use must
+/// Commands that were submitted and may still run, with the objects and data that are needed to wait for
+/// them, to reuse the recorder, and to compute the times of passes. The resources that the commands use must
 /// stay alive until the commands have finished.
 pub(super) struct Submission {
     pub(super) recorder: Recorder,

@@ -34,7 +34,8 @@ pub struct Recording<'a> {
 }
 
 impl<'a> Recording<'a> {
-    /// Begins an empty recording on the device.
+    /// Begins an empty recording on the device, to which passes are added before all of them are submitted
+    /// together.
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -143,7 +144,7 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Records a fill of the whole buffer with zeros.
+    /// Records a fill of the whole buffer with zeros, which runs after everything that was recorded before.
     pub fn clear(&mut self, buffer: &'a Buffer) {
         if let Some(commands) = &self.commands {
             commands.barrier();

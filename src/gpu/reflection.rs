@@ -79,7 +79,7 @@ fn literal(operand: &Operand) -> Option<u32> {
     }
 }
 
-/// Parses the words of a SPIR-V binary.
+/// Parses the words of a SPIR-V binary into a module, whose instructions can be read and changed.
 ///
 /// # Errors
 /// The words are not valid SPIR-V.
@@ -88,8 +88,8 @@ pub(crate) fn parse(words: &[u32]) -> Result<Module> {
         .map_err(|e| Error::failed(format!("a shader's SPIR-V cannot be parsed ({e})")))
 }
 
-/// True if the instruction declares an image type with the dimension `dim`. The [`BindingKind`] of a binding is found with
-/// it.
+/// True if the instruction declares an image type with the dimension `dim`: `DimBuffer` for a texel buffer,
+/// `Dim2D` for a 2D image. The [`BindingKind`] of a binding follows from it.
 fn is_image(instruction: &Instruction, dim: Dim) -> bool {
     instruction.class.opcode == Op::TypeImage
         && instruction.operands.get(1) == Some(&Operand::Dim(dim))
@@ -213,7 +213,8 @@ impl Reflection {
         Ok(found)
     }
 
-    /// The specialisation constants that the shader declares, in the order of declaration.
+    /// The specialisation constants that the shader declares, in the order of declaration. A test compares
+    /// them with the declarations in Rust.
     pub fn specialisation_constants(&self) -> Vec<DeclaredConstant> {
         let declared = self.module.types_global_values.iter().filter_map(|i| {
             let word = match i.class.opcode {

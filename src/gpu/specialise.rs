@@ -169,8 +169,8 @@ mod tests {
         assert_eq!(stored(&[(9, 0), (77, 1)]), with([5, 14, 0, 0, 0]));
     }
 
-    /// If a shader is compiled with `Debug::Lines`, it keeps its source text and its `OpLine` instructions when it is
-    /// specialised. Debuggers show by them the line that runs.
+    /// If a shader is compiled with `Debug::Lines`, it keeps its source text and its `OpLine` instructions
+    /// when it is specialised. Debuggers need both to show the line that runs.
     #[test]
     fn source_lines_stay() {
         let lines = |debug| {

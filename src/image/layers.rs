@@ -29,7 +29,7 @@ impl Image {
     /// lists the channels.
     pub fn colors(&self) -> Result<Colors> {
         let color = self.layer_of(&["R", "G", "B"], &[])?;
-        // With the others of its kind a Y is no grey: a vector's, or a luminance beside subsampled colour.
+        // A Y is not grey if its layer also has X (a vector), or RY or BY (subsampled colour).
         let grey = || self.layer_of(&["Y"], &["X", "RY", "BY"]);
         let (layer, names) = match color {
             Some(layer) => (layer, ["R", "G", "B"]),

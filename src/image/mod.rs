@@ -42,9 +42,9 @@ impl Samples {
 /// `instance.id`. The part of a name before the last dot is the layer, a group of channels that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
-    /// The width of the picture in pixels.
+    /// The width of the picture in pixels, which is the number of values in each row of a channel.
     pub width: u32,
-    /// The height of the picture in pixels.
+    /// The height of the picture in pixels, which is the number of rows of each channel.
     pub height: u32,
     /// The channels by name; each has width × height values, row by row from the top.
     pub channels: BTreeMap<String, Samples>,
@@ -83,7 +83,8 @@ impl Format {
 }
 
 impl Image {
-    /// Makes a picture of `width` × `height` pixels that has neither channels nor metadata yet.
+    /// Makes a picture of `width` × `height` pixels without channels and metadata, which the caller then
+    /// adds.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             width,
@@ -92,7 +93,7 @@ impl Image {
         }
     }
 
-    /// The number of pixels: width × height.
+    /// The number of pixels: width × height. Each channel must have this number of values.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
@@ -116,7 +117,8 @@ impl Image {
         }
     }
 
-    /// The channels `R`, `G`, `B` without a layer, as one vector per pixel, row by row from the top.
+    /// The values of the channels `R`, `G`, `B` that belong to no layer, as one vector per pixel, row by row
+    /// from the top.
     ///
     /// # Errors
     /// One of these channels is missing or holds integers.

@@ -9,11 +9,13 @@ use crate::{Error, Result};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
-/// The highest compression ratio of deflate: one compressed byte can expand to 1032 bytes. A file that is too small for the
-/// pixels that its header describes is refused before memory is allocated for them.
+/// The highest compression ratio of deflate, the compression of PNG: one compressed byte can expand to 1032
+/// bytes. A file that is too small for the pixels that its header describes is refused before memory is
+/// allocated for them.
 const MAX_COMPRESSION_RATIO: u64 = 1032;
 
-/// Writes the channels `R`, `G`, `B` as 8-bit sRGB: radiance × 2^`exposure`, then tone-mapped by [`tone_map`].
+/// Writes the channels `R`, `G`, `B` as 8-bit sRGB to the file at `path`: radiance × 2^`exposure`, then
+/// tone-mapped by [`tone_map`]. `exposure` is in stops.
 pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
     let scale = f64::from(exposure).exp2();
     let bytes: Vec<u8> = image
@@ -38,8 +40,8 @@ pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<(
     })
 }
 
-/// Reads a grey, RGB or palette picture of any bit depth as linear channels `R`, `G`, `B`, which have values in [0, 1].
-/// Alpha is ignored.
+/// Reads a grey, RGB or palette picture of any bit depth as linear channels `R`, `G`, `B`, which have values
+/// in [0, 1]. Alpha is ignored. A file that is damaged, or too large for the memory, gives an error.
 pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = input_files::read(path)?;
     // The decoder allocates the size in the header, which may be damaged.
@@ -50,7 +52,7 @@ pub(super) fn read(path: &Path) -> Result<Image> {
             "it claims more pixels than it can hold; is it a complete PNG?",
         ));
     }
-    // A byte of a file becomes two, and then a float twice.
+    // A byte of a value becomes two bytes, and then two floats: 2 + 4 + 4 bytes.
     memory::check(claimed.saturating_mul(10)).map_err(|cause| Error::reading(path, cause))?;
     let decode = || image::load_from_memory_with_format(&bytes, image::ImageFormat::Png);
     let decoded = caught(decode)
@@ -237,7 +239,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         let good = written(&path);
-        // The last twelve bytes only say that this is the end.
+        // The last twelve bytes only mark the end of the file.
         for length in 0..good.len() - 12 {
             refused(&path, &good[..length]);
         }

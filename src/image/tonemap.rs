@@ -2,19 +2,20 @@
 
 use crate::shader_interface::{TONE_DESATURATION, TONE_KNEE};
 
-/// Maps linear RGB radiance, after exposure, to linear RGB display brightness in [0, 1], by the Khronos PBR neutral tone
-/// mapper without its toe.
+/// Maps linear RGB radiance, after exposure, to linear RGB display brightness in [0, 1], by the Khronos PBR
+/// neutral tone mapper without its toe.
 ///
-/// A colour whose largest component is at most 0.8 does not change, so that dark and middle tones can be compared with those
-/// of other renderers. In a brighter colour, the largest component is mapped by a hyperbola, which begins at 0.8 with slope
-/// 1 and tends to 1. The other components keep their ratio to the largest one.
+/// A colour whose largest component is at most 0.8 does not change, so that dark and middle tones can be
+/// compared with those of other renderers. In a brighter colour, the largest component is mapped by a
+/// hyperbola, which begins at 0.8 with slope 1 and tends to 1. The other components keep their ratio to the
+/// largest one.
 ///
-/// Then the brighter colour is mixed with the grey of its largest component. The share of the grey grows with the
-/// brightness, because a colour far too bright for a display is seen as white. Neither step changes the hue, and every
-/// component rises with exposure.
+/// Then the brighter colour is mixed with the grey of its largest component. The fraction of grey grows with
+/// the brightness, because a colour far too bright for a display is seen as white. Neither step changes the
+/// hue, and every component rises with exposure.
 ///
-/// The toe, an offset for 4 % of specular reflection, is left out because it changes dark tones. Negative values and NaN
-/// become 0.
+/// The toe, an offset for 4 % of specular reflection, is left out because it changes dark tones. Negative
+/// values and NaN become 0.
 pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
     // Clamped so that the arithmetic below stays finite.
     let colour = radiance.map(|v| if v > 0.0 { v.min(f32::MAX) } else { 0.0 });
@@ -31,7 +32,7 @@ pub fn tone_map(radiance: [f32; 3]) -> [f32; 3] {
     })
 }
 
-/// The sRGB encoding (IEC 61966-2-1) of a linear value. Both are in [0, 1].
+/// The sRGB encoding (IEC 61966-2-1) of the linear value `value`, for 8-bit pictures. Both are in [0, 1].
 fn to_srgb(value: f32) -> f32 {
     if value <= 0.003_130_8 {
         12.92 * value
@@ -40,7 +41,8 @@ fn to_srgb(value: f32) -> f32 {
     }
 }
 
-/// The linear value of an sRGB-encoded value (IEC 61966-2-1). Both are in [0, 1].
+/// The linear value of the sRGB-encoded value `value` (IEC 61966-2-1), for pictures that are read. Both are
+/// in [0, 1].
 pub(super) fn from_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92

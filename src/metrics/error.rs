@@ -10,15 +10,17 @@ pub struct Errors {
     /// Root of the mean squared difference between the values of the picture and those of the reference, in the unit of
     /// these values: W/(m²·sr) for radiance.
     pub rmse: f64,
-    /// The same as [`Self::rmse`], but after the values of both pictures are clamped to [0, 1], the range that a display can
-    /// show. It has the same unit, and is at most 1.
+    /// Root mean squared difference, like [`Self::rmse`], but after the values of both pictures are clamped
+    /// to [0, 1], the range that a display can show, so that very bright pixels do not dominate. It has the
+    /// unit of the values, and is at most 1.
     pub rmse_clamped: f64,
-    /// Mean of (a − b)² / (b² + 0.01), where a is the value of the picture and b that of the reference; it has no unit. Dark
-    /// and bright pixels have similar weights in it. The constant 0.01 keeps the quotient finite where the reference is
-    /// black.
+    /// Mean of (a − b)² / (b² + 0.01), where a is the value of the picture and b that of the reference; it
+    /// has no unit. Dark and bright pixels have similar weights in this mean. The constant 0.01 keeps the
+    /// quotient finite where the reference is black.
     pub relmse: f64,
-    /// The mean of all values of the picture divided by the mean of all values of the reference: 1 means equal brightness.
-    /// It is 1 if both pictures are black, and infinite if only the reference is black.
+    /// The mean of all values of the picture divided by the mean of all values of the reference, without
+    /// unit: 1 means equal brightness. It is 1 if both pictures are black, and infinite if only the reference
+    /// is black.
     pub mean_ratio: f64,
 }
 
@@ -55,18 +57,20 @@ impl Errors {
     }
 }
 
-/// The part of the errors of a picture that the noise of its reference causes, which no picture can fall below, and the
-/// errors without it. It is computed from the standard error of each value of the reference.
+/// The errors that a picture without any error would have against a noisy reference, because of the noise of
+/// the reference. They are computed from the standard error of each value of the reference. `headwater
+/// compare` takes them out of the measured errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseFloor {
-    /// The RMSE of a picture without error against this reference.
+    /// The RMSE, against this reference, of a picture without error, in the unit of the values.
     pub rmse: f64,
-    /// The relMSE of a picture without error against this reference.
+    /// The relMSE, against this reference, of a picture without error; it has no unit.
     pub relmse: f64,
 }
 
 impl NoiseFloor {
-    /// Computes the floor from the values of a reference and their standard errors.
+    /// Computes the noise floor from the values of a reference and the standard errors of these values,
+    /// `errors`. Each slice has one linear RGB value per pixel, in the same order.
     ///
     /// # Panics
     /// The slices differ in length.
@@ -86,34 +90,40 @@ impl NoiseFloor {
         }
     }
 
-    /// The RMSE of a picture against the truth instead of the reference. It is 0 if the noise explains the whole RMSE.
+    /// The estimated RMSE of a picture against the truth, computed from its RMSE against the reference,
+    /// `rmse`; both are in the unit of the values. It is 0 if the noise of the reference explains the whole
+    /// RMSE.
     pub fn rmse_without(&self, rmse: f64) -> f64 {
         (rmse * rmse - self.rmse * self.rmse).max(0.0).sqrt()
     }
 
-    /// The relMSE of a picture against the truth instead of the reference. It is 0 if the noise explains the whole relMSE.
+    /// The estimated relMSE of a picture against the truth, computed from its relMSE against the reference,
+    /// `relmse`. It is 0 if the noise of the reference explains the whole relMSE.
     pub fn relmse_without(&self, relmse: f64) -> f64 {
         (relmse - self.relmse).max(0.0)
     }
 }
 
-/// Squared errors of a picture, over all pixels and the three channels, from which the noise of the reference is taken out.
-/// Studies list them for each frame. Where the picture has almost no error, chance can make them negative.
+/// Estimates of the squared errors of a picture against the truth, over all pixels and the three channels.
+/// The noise of the references is taken out. Studies list them for each frame. If the picture has almost no
+/// error, random noise can make them negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SquaredErrors {
-    /// The mean squared difference from the truth, in the squared unit of the values.
+    /// The mean squared difference of the picture from the truth, in the squared unit of the values.
     pub mse: f64,
-    /// The same as [`Self::mse`], after all values are clamped to [0, 1], the range that a display can show.
+    /// The mean squared difference, like [`Self::mse`], but after all values are clamped to [0, 1], the range
+    /// that a display can show, so that very bright pixels do not dominate.
     pub clamped_mse: f64,
-    /// The mean of (a − t)² / (b² + 0.01), where a is the value of the picture, t the truth, and b the mean of the reference;
-    /// it has no unit.
+    /// The mean of (a − t)² / (b² + 0.01), where a is the value of the picture, t the truth, and b the mean
+    /// of the two references. It has no unit; dark and bright pixels have similar weights in it.
     pub relmse: f64,
 }
 
 impl SquaredErrors {
-    /// Computes the errors of `picture` against two pictures `halves` of the same view, whose noise is independent of each
-    /// other and of the picture. The square of a difference from one noisy reference contains the variance of the reference;
-    /// the product of the differences from two does not.
+    /// Computes the errors of `picture` against two reference pictures `halves` of the same view. The noise
+    /// of the two references must be independent of each other and of the picture. The squared difference
+    /// from one noisy reference contains the variance of the reference; the product of the differences from
+    /// two references does not. Each list has one linear RGB value per pixel, in the same order.
     ///
     /// # Panics
     /// The lists differ in length.
@@ -144,7 +154,8 @@ impl SquaredErrors {
     }
 }
 
-/// A picture, and two pictures of the same view with independent noise that its errors are measured with.
+/// A picture, and the two references from which its errors are computed. The references show the same view
+/// and have independent noise. Each picture has one linear RGB value per pixel, in the same order.
 pub type Judged<'a> = (&'a [[f32; 3]], &'a [Vec<[f32; 3]>; 2]);
 
 /// Pearson's correlation, in [−1, 1], of the errors of two pictures over all pixels and channels. The error of a value is
@@ -218,7 +229,8 @@ mod tests {
         assert!((same - 1.0).abs() < 1e-12);
     }
 
-    /// The picture is 1 beside the truth everywhere; the noise of the two halves, of ±2, must not appear in its errors.
+    /// The picture differs from the truth by 1 everywhere. The noise of the two references, ±2, must not
+    /// appear in its errors.
     #[test]
     fn noise_of_halves_is_no_error_of_the_picture() {
         let noise = |seed: u32| -> Vec<[f32; 3]> {
@@ -259,7 +271,9 @@ mod tests {
         assert_eq!(errors.mean_ratio, 0.75);
     }
 
-    /// A reference whose values are off by +0.3 or −0.3, as its standard errors say, and a picture without error.
+    /// The errors of two pictures, one of them without error, against a reference whose values differ from
+    /// the truth by 0.3, which is their standard error. The errors without the noise of the reference must be
+    /// 0 and 0.4.
     #[test]
     fn the_noise_of_a_reference_is_taken_out() {
         let reference: Vec<[f32; 3]> = (0..64).map(|i| [[1.3, 0.7][i % 2]; 3]).collect();

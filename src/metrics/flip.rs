@@ -3,8 +3,8 @@
 use crate::image::tonemap::to_srgb_byte;
 use nv_flip::FlipImageRgb8;
 
-/// The resolution of the display that FLIP assumes, in pixels per degree of visual angle. It is that of a 0.7 m wide 4K
-/// display, seen from a distance of 0.7 m.
+/// The resolution of the display that FLIP assumes, in pixels per degree of visual angle. It is the
+/// resolution of a 4K display with a width of 0.7 m, seen from a distance of 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// The result of a FLIP comparison of two pictures: their mean error as one number, and a picture that shows where they

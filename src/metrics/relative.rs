@@ -1,13 +1,17 @@
-//! Differences of pictures relative to a reference, pixel by pixel, as the relMSE has them.
+//! Differences of two pictures at each pixel, relative to the brightness of a reference, as in the metric
+//! relMSE.
 
-/// The mean of two references: one linear RGB value per pixel.
+/// The mean of two reference pictures, as one linear RGB value per pixel, in the order of their pixels. The
+/// mean has less noise than each reference, so relative differences take their denominators from it.
 pub fn mean_of_halves([first, second]: &[Vec<[f32; 3]>; 2]) -> Vec<[f32; 3]> {
     let mean = |(a, b): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]));
     first.iter().zip(second).map(mean).collect()
 }
 
-/// For each pixel, the squared difference of two pictures relative to the references, as relMSE has it: the mean over the
-/// channels of (a − b)² / (r² + 0.01), where r is the mean of the references.
+/// The squared difference of two pictures at each pixel, relative to the brightness, as in relMSE: the mean
+/// over the three channels of (a − b)² / (r² + 0.01), where a and b are the values of the pictures, and r is
+/// the mean of the two references `halves`. For successive frames, it measures how much the picture flickers.
+/// All lists have one linear RGB value per pixel, in the same order.
 pub fn relative_squares(
     first: &[[f32; 3]],
     second: &[[f32; 3]],
@@ -21,8 +25,10 @@ pub fn relative_squares(
     pixels.map(of_pixel).collect()
 }
 
-/// For each pixel, the difference of its luminance from that of each reference, divided by √(r² + 0.01), where r is the
-/// luminance of the mean of the references.
+/// The difference between the luminance of `picture` and that of each of the two references `halves`, at each
+/// pixel, divided by √(r² + 0.01), where r is the luminance of the mean of the references. The result has one
+/// list per reference, with one value without unit per pixel. The spectrum of the error is computed from
+/// these lists.
 pub fn relative_differences(
     picture: &[[f32; 3]],
     halves: &[Vec<[f32; 3]>; 2],

@@ -1,12 +1,13 @@
-//! Samples that neighbouring pixels share. Spatial reuse gives one sample to several pixels. Their errors are then similar, and
-//! a denoiser that averages them gains nothing.
+//! The measure of how many neighbouring pixels have the same sample. Spatial reuse gives one sample to
+//! several pixels. Their errors are then similar, and a denoiser that averages them gains nothing.
 
 /// The distance, in pixels along each axis, up to which pixels are neighbours: a neighbourhood has 5 × 5 pixels.
 const RADIUS: usize = 2;
 
-/// For each pixel, the fraction of the other pixels in its neighbourhood that have the same sample, in [0, 1]; `None` for a
-/// pixel without a sample. `samples` has one identification per pixel, row by row; `width` is that of a row. Pixels beyond the
-/// edge of the picture do not count.
+/// The fraction, in [0, 1], of the other pixels in the neighbourhood of each pixel that have the same sample
+/// as this pixel; `None` for a pixel without a sample. `samples` has a value per pixel, row by row, that
+/// identifies the pixel's sample; `width` is the number of pixels in a row. Pixels beyond the edge of the
+/// picture do not count.
 pub fn shared_samples<T: PartialEq>(samples: &[Option<T>], width: usize) -> Vec<Option<f32>> {
     let height = samples.len() / width.max(1);
     let fraction = |index: usize| {

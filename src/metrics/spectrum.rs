@@ -1,29 +1,39 @@
-//! The power spectrum of the error of a picture. Errors of pixels that are independent of each other have the same power at all
-//! spatial frequencies (white noise). Blotches, which are errors that neighbouring pixels share, have more power at low ones.
+//! The power spectrum of the error of a picture. Errors of pixels that are independent of each other have the
+//! same power at all spatial frequencies (white noise). Blotches, which are errors that neighbouring pixels
+//! share, have more power at low frequencies.
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-/// The largest number of bands.
+/// The largest number of bands into which a spectrum divides the frequencies from 0 to 0.5 cycles per pixel.
+/// A picture with fewer than 128 pixels along an axis gets fewer bands, so that each band has enough
+/// coefficients.
 const MOST_BANDS: usize = 32;
 
-/// The frequency, in cycles per pixel, below which [`Spectrum::low`] counts: errors with a period of more than eight pixels.
+/// The upper limit of low frequencies, in cycles per pixel. [`Spectrum::low`] contains the errors below it,
+/// whose period is longer than eight pixels.
 pub const LOW_FREQUENCY: f64 = 0.125;
 
-/// The power of an error by spatial frequency, averaged over all directions and over the errors that were added.
+/// The power of the error of pictures as a function of spatial frequency, averaged over all directions and
+/// over the errors that were added. It shows whether the errors of pixels are independent or form blotches.
 #[derive(Clone, Debug, Default)]
 pub struct Spectrum {
-    /// The sum of the power in each band. The bands divide the frequencies from 0 to 0.5 cycles per pixel evenly.
+    /// The sum of the power of all coefficients in each band. The bands divide the frequencies from 0 to 0.5
+    /// cycles per pixel evenly, in increasing order.
     power: Vec<f64>,
-    /// The number of coefficients in each band.
+    /// The number of Fourier coefficients that were added to each band of `power`. The mean power of a band
+    /// is its sum divided by this number.
     coefficients: Vec<u64>,
-    /// The power at low frequencies, and the number of coefficients there.
+    /// The sum of the power of all coefficients below [`LOW_FREQUENCY`], and the number of these
+    /// coefficients.
     low: (f64, u64),
 }
 
 impl Spectrum {
-    /// Adds the error of a picture with `size` (width, height) pixels, row by row: its difference from each of two references
-    /// whose noise is independent. The noise of the references has no part in the product of the two transforms.
+    /// Adds the error of a picture with `size` (width, height) pixels to the spectrum. `differences` are the
+    /// differences of the picture from two references, row by row; the noise of the references must be
+    /// independent. The power is computed from the product of the Fourier transforms of the two differences
+    /// instead of the square of one, so that the noise of the references cancels on average.
     ///
     /// # Panics
     /// A list is shorter than the picture.
@@ -57,14 +67,16 @@ impl Spectrum {
         }
     }
 
-    /// The power in each band, relative to the mean over all of them, which white noise has in each; the bands divide the
-    /// frequencies from 0 to 0.5 cycles per pixel evenly. A band without a coefficient, or of an error of 0, has the value 1.
+    /// The mean power in each band, divided by the mean power of all coefficients: white noise has the value
+    /// 1 in each band. The bands divide the frequencies from 0 to 0.5 cycles per pixel evenly, in increasing
+    /// order. A band without coefficients has the value 1; if the error is 0, all bands have the value 1.
     pub fn bands(&self) -> Vec<f64> {
         let bands = self.power.iter().zip(&self.coefficients);
         bands.map(|(p, n)| self.relative(*p, *n)).collect()
     }
 
-    /// The power below [`LOW_FREQUENCY`], relative to that of white noise: 1 for independent pixels, and larger for blotches.
+    /// The mean power below [`LOW_FREQUENCY`], divided by the mean power of all coefficients: 1 if the errors
+    /// of pixels are independent (white noise), and larger if they form blotches.
     pub fn low(&self) -> f64 {
         self.relative(self.low.0, self.low.1)
     }
@@ -79,12 +91,14 @@ impl Spectrum {
     }
 }
 
-/// The frequency of a coefficient along one axis, in cycles per pixel.
+/// The magnitude of the frequency of a Fourier coefficient along one axis, in cycles per pixel, in [0, 0.5].
+/// `index` is the index of the coefficient, and `length` is the number of pixels along the axis.
 fn distance(index: usize, length: usize) -> f64 {
     index.min(length - index) as f64 / length as f64
 }
 
-/// The Fourier transform of a picture, column by column.
+/// The two-dimensional Fourier transform of a picture, which is given row by row. The result is column by
+/// column: the coefficient with the index x along the width and y along the height is at x × height + y.
 fn transform(mut pixels: Vec<Complex<f64>>, (width, height): (usize, usize)) -> Vec<Complex<f64>> {
     let mut planner = FftPlanner::new();
     planner.plan_fft_forward(width).process(&mut pixels);
@@ -103,7 +117,7 @@ mod tests {
 
     const SIZE: (usize, usize) = (48, 40);
 
-    /// Pictures of independent values with the mean 0, which the seed selects.
+    /// A picture of `SIZE` pixels with independent random values in [−0.5, 0.5), which `seed` selects.
     fn noise(seed: u64) -> Vec<f64> {
         let mut random = Random::new(seed);
         (0..SIZE.0 * SIZE.1)

@@ -3,8 +3,9 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::statistics::{Data, OrderStatistics};
 
-/// The number of degrees of freedom ν from which on the normal distribution replaces Student's. The quantiles of the two
-/// distributions then differ by about the fraction z²/(4ν) of the normal quantile z, which is less than 1e-5 for |z| < 6.
+/// The number of degrees of freedom ν from which the normal distribution is used instead of Student's. The
+/// quantiles of the two distributions then differ by about the fraction z²/(4ν) of the normal quantile z,
+/// which is less than 1e-5 for |z| < 6.
 const NORMAL_FROM: f64 = 1e6;
 
 /// The expected count below which a bin is pooled with others before a χ² test (Cochran 1954). With smaller counts, the
@@ -15,13 +16,14 @@ const MIN_EXPECTED: f64 = 5.0;
 /// grows with this product; above it, the limit distribution is used.
 const MAX_EXACT: usize = 10_000_000;
 
-/// The median of `values`; for an even number of values, the mean of the middle two. NaN without values.
+/// The median of `values`, in their unit; for an even number of values, the mean of the middle two. NaN if
+/// there are no values.
 pub fn median(values: impl Iterator<Item = f64>) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).median()
 }
 
-/// The quantile of `values` at the fraction `part` in [0, 1], interpolated between neighbouring values (method R-8 of
-/// Hyndman and Fan 1996). NaN without values.
+/// The quantile of `values`, in their unit, at the fraction `part` in [0, 1], interpolated between
+/// neighbouring values (method R-8 of Hyndman and Fan 1996). NaN if there are no values.
 pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     Data::new(values.collect::<Vec<f64>>()).quantile(part)
 }
@@ -30,11 +32,13 @@ pub fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
 /// data that confidence intervals and significance tests need.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
-    /// The estimated mean, in the unit of the samples.
+    /// The estimated mean, in the unit of the samples. It is the centre of confidence intervals.
     pub mean: f64,
-    /// The standard error of the mean, ≥ 0, in the unit of the samples.
+    /// The standard error of the mean, at least 0, in the unit of the samples. Confidence intervals are
+    /// multiples of it.
     pub standard_error: f64,
-    /// Number of samples. The degrees of freedom of Student's distribution, in confidence intervals and tests, are one less.
+    /// Number of samples from which the mean was estimated. Confidence intervals and tests use Student's
+    /// distribution, whose degrees of freedom are this number minus 1.
     pub samples: u64,
 }
 
@@ -103,7 +107,9 @@ pub fn welch_p_value(a: &Estimate, b: &Estimate) -> f64 {
     2.0 * t_tail(difference / error, welch_degrees(a, b))
 }
 
-/// Degrees of freedom of the difference of two independent estimates, by Welch and Satterthwaite; at least 1.
+/// Degrees of freedom of the difference of two independent estimates, by the formula of Welch and
+/// Satterthwaite; at least 1. Student's distribution with these degrees of freedom gives the p-value of the
+/// difference.
 fn welch_degrees(a: &Estimate, b: &Estimate) -> f64 {
     let squares = [a, b].map(|e| e.standard_error * e.standard_error);
     let total = squares[0] + squares[1];

@@ -1,4 +1,5 @@
-//! Writes a page as HTML. The template shows the answer and the table; scripts draw plots and pictures from data in the page.
+//! Writes a page as HTML. The template contains the answer and the table; scripts draw plots and pictures
+//! from JSON data in the page.
 
 use super::contents::{Exhibit, FrameMap, Page, Point, Standing};
 use super::pictures::{Reduction, bytes, exposure, rgb9e5};
@@ -10,11 +11,13 @@ use minijinja::{Environment, HtmlEscape};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-/// The number of bytes of all pictures of a page, as base64. Larger pictures are reduced.
+/// The maximum size of all pictures of a page together, in bytes of base64 text. If they are larger, all of
+/// them are reduced by one factor.
 const MOST_PICTURE_BYTES: f64 = 12e6;
 
-/// The number of bytes per pixel in base64: those of a picture in RGB9E5, and those of a map with one byte per pixel.
+/// The number of bytes of base64 text per pixel of a picture, which is stored as RGB9E5 (4 bytes per pixel).
 const PICTURE_BYTES: f64 = 16.0 / 3.0;
+/// The number of bytes of base64 text per pixel of a map, which is stored with one byte per pixel.
 const MAP_BYTES: f64 = 4.0 / 3.0;
 
 impl Page {
@@ -59,7 +62,8 @@ impl Page {
             .map_err(|e| Error::failed(format!("the page cannot be written: {e:#}")))
     }
 
-    /// The number of pixels at which all pictures of the page fit into it.
+    /// The maximum number of pixels per picture with which all pictures and maps of the page fit into
+    /// [`MOST_PICTURE_BYTES`].
     fn most_pixels(&self) -> usize {
         let maps = |exhibit: &Exhibit| {
             let shared = exhibit.shared.as_ref().map_or(0, Vec::len);
@@ -70,7 +74,9 @@ impl Page {
         (MOST_PICTURE_BYTES / (PICTURE_BYTES + bytes.sum::<f64>())) as usize
     }
 
-    /// The data that the scripts read.
+    /// The JSON object from which the scripts of the page draw plots and pictures: the points with their
+    /// measurements, and the pictures in base64, reduced by `reduction`. Returns an error if a picture does
+    /// not have the size of the page.
     fn data(&self, reduction: Reduction) -> Result<Value> {
         let exposure = exposure(&self.reference);
         let scale = exposure.exp2();
@@ -140,7 +146,9 @@ impl Page {
         }))
     }
 
-    /// The error that path tracing has in the time of `point`: samples are added up.
+    /// The error that path tracing would have in the time of `point`, and the half-width of its 95 % interval
+    /// if it is known. The error falls with the square root of the time, because path tracing averages
+    /// independent samples. `None` if path tracing is not among the points.
     fn yardstick_error(&self, point: &Point) -> Option<(f64, Option<f64>)> {
         let yardstick = self.points.get(self.yardstick?)?;
         if let Some((ratio, [low, high])) = point.at_equal_time {
@@ -155,7 +163,9 @@ impl Page {
         ))
     }
 
-    /// The numbers beside the answer, each with its meaning.
+    /// The most important numbers, which the page shows beside the answer, as pairs of a number and its
+    /// meaning: the time and the error of the first point, and their comparison with path tracing. Empty for
+    /// a page without points.
     fn tiles(&self) -> Vec<[String; 2]> {
         let Some(best) = self.points.first() else {
             return Vec::new();
@@ -191,7 +201,7 @@ impl Page {
         tiles
     }
 
-    /// The rows of the table.
+    /// The rows of the page's table: one per point, in the order of the points.
     fn rows(&self) -> Vec<Row> {
         let front = self.front();
         let row = |(index, point): (usize, &Point)| Row {
@@ -221,7 +231,7 @@ impl Page {
     }
 }
 
-/// A row of the table, as text.
+/// A row of the page's table: the values of one point as text with units, for the template.
 #[derive(serde::Serialize)]
 struct Row {
     letter: String,
@@ -235,7 +245,8 @@ struct Row {
     standing: &'static str,
 }
 
-/// The letter that names a point in plots.
+/// The name of the point with this index in the plots and the table: `A` to `Z`, and from the 27th point on
+/// its number.
 fn letter(index: usize) -> String {
     let letter = u8::try_from(index).ok().filter(|index| *index < 26);
     letter.map_or((index + 1).to_string(), |i| {
@@ -266,7 +277,8 @@ fn bias((value, half_width): (f64, f64)) -> String {
     }
 }
 
-/// Text as HTML in which words between backticks are code.
+/// Converts `text` to HTML: escapes its special characters, and marks words between backticks as code. The
+/// templates use it as the filter `code`.
 pub(super) fn code(text: &str) -> Text {
     let escaped = HtmlEscape(text).to_string();
     let parts = escaped.split('`').enumerate();
@@ -285,7 +297,8 @@ mod tests {
 
     const HOSTILE: &str = "a</script><script>alert(1)</script>`&\"'";
 
-    /// A point with a grey picture of `size` pixels.
+    /// A point for tests, with a grey picture and maps of `width` × `height` pixels, and with texts that look
+    /// like HTML.
     fn point(name: &str, milliseconds: f64, error: f64, (width, height): (u32, u32)) -> Point {
         let pixels = width as usize * height as usize;
         let map = FrameMap {
@@ -346,7 +359,7 @@ mod tests {
         }
     }
 
-    /// The data of a page, as its scripts read them.
+    /// Reads the data of a page from its HTML text, as its scripts do.
     fn data(html: &str) -> Value {
         let start = "<script type=\"application/json\" id=\"data\">";
         let (_, data) = html.split_once(start).unwrap();

@@ -1,7 +1,7 @@
-//! Pages: one HTML file that compares settings on one scene, and needs nothing else: it works offline, from any folder.
+//! Pages: HTML files that compare settings on one scene. A page needs no other file and works offline.
 //!
-//! This room knows neither scenes nor devices. It takes numbers, texts and pictures ([`contents`]), and returns the text of the
-//! page ([`Page::html`]). An [`Overview`] leads to the pages of several scenes.
+//! This module does not use scenes or devices. It takes numbers, texts and pictures ([`contents`]), and
+//! returns the text of the page ([`Page::html`]). An [`Overview`] has links to the pages of several scenes.
 
 pub mod contents;
 mod html;

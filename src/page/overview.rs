@@ -7,56 +7,62 @@ use minijinja::value::Serde;
 use serde::Serialize;
 use serde_json::json;
 
-/// The contents of an overview, as plain data.
+/// The contents of an overview page, which summarises the results on several scenes and has links to their
+/// pages.
 #[derive(Clone, Debug, Serialize)]
 pub struct Overview {
-    /// The title. Words between backticks are shown as code.
+    /// The title of the overview. The page shows words between backticks as code.
     pub title: String,
-    /// The question that all pages answer; it can be empty.
+    /// The question that all pages answer, shown below the title; nothing is shown if it is empty.
     pub question: String,
-    /// The scenes, in the order in which they are listed.
+    /// The scenes with their results, in the order in which the page lists them.
     pub scenes: Vec<OverviewScene>,
-    /// The conditions of the measurement, as names and values.
+    /// The conditions of the measurement, such as the device and the driver, as pairs of a name and a value,
+    /// which the page lists at its end.
     pub facts: Vec<(String, String)>,
 }
 
-/// One scene of an overview.
+/// One scene of an overview: its answer, its table of results, and the link to its page.
 #[derive(Clone, Debug, Serialize)]
 pub struct OverviewScene {
-    /// The name of the scene.
+    /// The name of the scene, which is the heading of its table.
     pub name: String,
     /// The address of the page of the scene, relative to the overview; `None` if it has no page yet.
     pub link: Option<String>,
-    /// The answer for this scene. Words between backticks are shown as code.
+    /// The answer for this scene in one or more sentences. The page shows words between backticks as code.
     pub answer: String,
-    /// The configurations of the scene, in the order of the table.
+    /// The rows of the scene's table, in this order: one per configuration.
     pub rows: Vec<OverviewRow>,
 }
 
-/// One configuration on one scene. Values that are not known are `None`.
+/// A row of the table of one scene: the results of one configuration (settings with a name), as text. A value
+/// that is not known is `None`, and the page shows a dash for it.
 #[derive(Clone, Debug, Serialize)]
 pub struct OverviewRow {
-    /// The name of the configuration.
+    /// The name of the configuration, which is unique in the study.
     pub configuration: String,
-    /// The error divided by that of path tracing which had the same time, with its interval, as text.
+    /// The error divided by the error of path tracing in the same time, with its 95 % interval, as text;
+    /// below 1, the configuration is better.
     pub error_at_equal_time: Option<String>,
-    /// The time of a frame divided by that of path tracing, as text.
+    /// The time of a frame divided by the time of a frame of path tracing, with its 95 % interval, as text.
     pub time_ratio: Option<String>,
-    /// The error of the last frame, as text.
+    /// The error of the last frame (root of the relMSE) in percent, with half of its 95 % interval, as text.
     pub error: Option<String>,
-    /// The number of independent runs.
+    /// The number of independent runs, each with its own seed, from which the results of the row were
+    /// computed.
     pub seeds: usize,
-    /// The result of the test for a bias.
+    /// The result of the test for a bias: `biased`, `unbiased` or `undecided`.
     pub verdict: String,
-    /// True if these settings are advised for the scene.
+    /// True if the answer advises this configuration for the scene; the page then highlights the row.
     pub is_advised: bool,
 }
 
 impl Overview {
-    /// The text of the HTML file, which needs no other file but links to the pages of the scenes.
+    /// The text of the HTML file of the overview. It needs no other file, but it has links to the pages of
+    /// the scenes.
     ///
     /// # Errors
-    /// The template is wrong, which a test excludes.
+    /// The template is invalid. A test ensures that it is valid, so this does not happen.
     pub fn html(&self) -> Result<String> {
         let mut environment = Environment::new();
         environment.add_filter("code", code);

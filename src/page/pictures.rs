@@ -1,15 +1,18 @@
-//! Pictures as text, small enough for a page: reduced, in compact formats, and in base64.
+//! Converts pictures to text that is small enough for a page: reduces their size, and encodes them in compact
+//! formats and base64.
 
 use crate::{Error, Result};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-/// The number of bits of the mantissas, and the bias of the exponent, of the format RGB9E5.
+/// The number of bits of each of the three mantissas in the format RGB9E5.
 const MANTISSA_BITS: i32 = 9;
+/// The bias of the common exponent in the format RGB9E5.
 const EXPONENT_BIAS: i32 = 15;
 
-/// Encodes a picture as RGB9E5 (one exponent for three mantissas: 32 bits per pixel, little-endian; Vulkan's
-/// `E5B9G9R9_UFLOAT_PACK32`) in base64. Values are multiplied by `scale`, and clamped to [0, 65408].
+/// Encodes a picture as base64 text of RGB9E5 values (one exponent for three mantissas: 32 bits per pixel,
+/// little-endian; Vulkan's `E5B9G9R9_UFLOAT_PACK32`). Values are multiplied by `scale`, and clamped to
+/// [0, 65408]; NaN becomes 0.
 pub fn rgb9e5(picture: &[[f32; 3]], scale: f64) -> String {
     let words = picture.iter().map(|pixel| {
         let pixel = pixel.map(|v| (f64::from(v) * scale).clamp(0.0, 65_408.0));
@@ -32,14 +35,15 @@ fn packed(pixel: [f64; 3]) -> u32 {
     r | g << 9 | b << 18 | (shared as u32) << 27
 }
 
-/// Encodes values in [0, `most`] as one byte per pixel, in base64.
+/// Encodes a map as base64 text with one byte per pixel: 0 stands for 0, and 255 for `most`. Values outside
+/// of [0, `most`] are clamped.
 pub fn bytes(values: &[f32], most: f32) -> String {
     let byte = |v: &f32| (255.0 * (v / most).clamp(0.0, 1.0)).round() as u8;
     STANDARD.encode(values.iter().map(byte).collect::<Vec<u8>>())
 }
 
-/// The exposure in stops at which the brightest twentieth of the picture is about white. It is a multiple of 0.5 in
-/// [−30, 30], and 0 for a black picture.
+/// The exposure, in stops, with which a page first shows the picture: about the brightest 5 % of the pixels
+/// become white. It is a multiple of 0.5 in [−30, 30], and 0 for a black picture.
 pub fn exposure(picture: &[[f32; 3]]) -> f64 {
     let brightest = |p: &[f32; 3]| p.iter().copied().fold(0.0, f32::max);
     let mut values: Vec<f32> = picture.iter().map(brightest).collect();
@@ -56,12 +60,13 @@ pub fn exposure(picture: &[[f32; 3]]) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub struct Reduction {
     size: (usize, usize),
-    /// The number of pixels along each axis that become one; 1 leaves a picture as it is.
+    /// The number of pixels along each axis that become one pixel; with 1, pictures stay as they are.
     pub factor: usize,
 }
 
 impl Reduction {
-    /// The least reduction of pictures with `size` (width, height) pixels after which they have at most `most` pixels.
+    /// The smallest reduction with which pictures of `size` (width, height) pixels have at most `most`
+    /// pixels.
     pub fn to(size: (u32, u32), most: usize) -> Self {
         let size = (size.0 as usize, size.1 as usize);
         let mut reduction = Self { size, factor: 1 };
@@ -71,7 +76,8 @@ impl Reduction {
         reduction
     }
 
-    /// The width and the height of the result, in pixels.
+    /// The width and the height of reduced pictures, in pixels; a rest at the right or lower edge becomes a
+    /// pixel of its own.
     pub fn reduced_size(&self) -> (usize, usize) {
         let (width, height) = self.size;
         (width.div_ceil(self.factor), height.div_ceil(self.factor))
@@ -82,10 +88,12 @@ impl Reduction {
         width * height
     }
 
-    /// Reduces values with N components per pixel.
+    /// Reduces a picture with N components per pixel, row by row: each pixel of the result is the mean of the
+    /// pixels that it replaces.
     ///
     /// # Errors
-    /// The list does not have one entry for each pixel.
+    /// The number of entries of `pixels` is not the number of pixels of the size that this reduction was made
+    /// for.
     pub fn apply<const N: usize>(&self, pixels: &[[f32; N]]) -> Result<Vec<[f32; N]>> {
         let (width, height) = self.size;
         if pixels.len() != width * height {
@@ -111,10 +119,10 @@ impl Reduction {
         Ok(sums.iter().map(mean).collect())
     }
 
-    /// Reduces one value per pixel.
+    /// Reduces a map, which has one value per pixel, row by row, like [`Self::apply`].
     ///
     /// # Errors
-    /// The list does not have one entry for each pixel.
+    /// As for [`Self::apply`].
     pub fn apply_to_map(&self, values: &[f32]) -> Result<Vec<f32>> {
         let values: Vec<[f32; 1]> = values.iter().map(|v| [*v]).collect();
         Ok(self.apply(&values)?.into_iter().map(|[v]| v).collect())

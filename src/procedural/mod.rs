@@ -1,5 +1,5 @@
-//! Procedural scenes. Each is generated from its name and parameters; the same name and parameters give the same scene,
-//! equal to the last bit, on every machine.
+//! Procedural scenes: scenes that are generated from a name and parameters instead of read from a file. The
+//! same name and parameters give the same scene, equal to the last bit, on every machine.
 
 mod modelling;
 mod parameters;
@@ -16,7 +16,7 @@ pub use parameters::{Parameter, Range};
 /// generates it. `headwater scene list` prints all of these but the function.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Procedural {
-    /// The name of the scene on the command line.
+    /// The name of the scene on the command line, such as `cornell`. Each scene has a different one.
     pub name: &'static str,
     /// The description of the scene in one line, which `headwater scene list` shows.
     pub description: &'static str,
@@ -26,7 +26,8 @@ pub struct Procedural {
     make: fn(&Values) -> Scene,
 }
 
-/// Every procedural scene, in the order in which `headwater scene list` shows them.
+/// All procedural scenes, in the order in which `headwater scene list` prints them. [`find`] looks up one of
+/// them by its name.
 pub fn list() -> &'static [Procedural] {
     recipes::SCENES
 }

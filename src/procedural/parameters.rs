@@ -63,13 +63,13 @@ impl Range {
 /// list` shows it.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Parameter {
-    /// The name of the parameter on the command line.
+    /// The name of the parameter on the command line, where `SCENE:NAME=VALUE` sets its value.
     pub name: &'static str,
     /// A description of the parameter's effect in one line, which `headwater scene list` shows.
     pub doc: &'static str,
-    /// The value that the parameter has if the user sets none, as text.
+    /// The value that the parameter has if the user sets none, as text. It must be one of `values`.
     pub default: &'static str,
-    /// The set of values that the parameter accepts.
+    /// The set of values that the parameter accepts. A user's value outside of this set is an error.
     pub values: Range,
 }
 

@@ -16,8 +16,8 @@ pub struct Limits {
     pub memory: f64,
 }
 
-/// A pass is not compared with the earlier profile if its median time is less than this fraction of the frame's median time.
-/// Such short times are mostly noise of the timer, and hardly change the time of the frame.
+/// Minimum median time of a pass that is compared with the earlier profile, as a fraction of the frame's
+/// median time. Shorter times are mostly noise of the timer, and hardly change the time of the frame.
 const SMALLEST_PASS: f64 = 0.02;
 
 /// Checks that the profile to be made can be compared with the profile `earlier`. It is called before anything is rendered,

@@ -15,8 +15,8 @@ pub struct Plan {
     /// Number of frames that are rendered before the timed ones. During them, the shaders are compiled and the history (the
     /// data that a frame reuses of earlier frames) is filled, so that the timed frames do only the usual work of a frame.
     pub warm_up: u32,
-    /// Number of timed frames, at least 1, which follow the warm-up. The medians and percentiles of the profile are computed
-    /// from them. More frames: less noise in these values.
+    /// Number of timed frames, at least 1, which follow the warm-up. The medians and percentiles of the
+    /// profile are computed from them. More frames give less noise in these values.
     pub frames: u32,
     /// The maximum number of frames that are submitted to the device but not finished, at least 1. With 1, the host waits
     /// for each frame before it submits the next one. With more, the device has no gaps between frames, but the time of a

@@ -32,9 +32,9 @@ pub struct Subject {
     pub settings: serde_json::Value,
     /// Name of the device that renders, as the driver reports it. Times of different devices are not compared.
     pub device: String,
-    /// Width of the picture in pixels.
+    /// Width of the picture in pixels. Two profiles can be compared only if it is equal in both.
     pub width: u32,
-    /// Height of the picture in pixels.
+    /// Height of the picture in pixels. Two profiles can be compared only if it is equal in both.
     pub height: u32,
     /// The maximum number of scattering events of a path between emitter and camera; direct light has one.
     pub bounces: u32,
@@ -164,10 +164,11 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Computes a profile from the times of the frames: `warm_up` has those of the warm-up, `timed` the others, both in the
-    /// order of the frames. `counts` has the counts of each pass in the first timed frame, and `memory` the buffers and
-    /// images that exist after the last frame. `compiled` has the time to make each pipeline and the report of the driver's
-    /// compiler. From the warm-up, only the time of the first run of each pass is taken.
+    /// Computes a profile from the times of the frames: `warm_up` has the frames of the warm-up, and `timed`
+    /// has the timed frames, both in the order of rendering. `counts` has the counts of each pass in the
+    /// first timed frame, and `memory` the buffers and images that exist after the last frame. `compiled` has
+    /// the time to make each pipeline and the report of the driver's compiler. From the warm-up, only the
+    /// time of the first run of each pass is taken.
     pub fn new(
         subject: Subject,
         circumstances: Circumstances,

@@ -4,8 +4,8 @@
 use super::Frame;
 use serde_json::{Value, json};
 
-/// The number (`tid`) of the timeline's track with the frames on the host, by which viewers of traces group events. `DEVICE`
-/// is the number of the track with the frames and the passes on the device.
+/// Number (`tid`) of the track on the timeline that shows the frames on the host; viewers of traces group
+/// events by this number. `DEVICE` is the number of the track with the frames and the passes on the device.
 const HOST: u32 = 1;
 const DEVICE: u32 = 2;
 

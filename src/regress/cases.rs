@@ -1,5 +1,5 @@
-//! The cases of the regression tests: the pictures that are rendered and compared. Each is given by arguments of the command
-//! `render`.
+//! The cases of the regression tests: the pictures that are rendered and compared. Arguments of the command
+//! `render` define each case.
 
 use crate::Result;
 use crate::base::toml_text::TomlText;

@@ -57,8 +57,9 @@ pub struct Rendered {
     /// The picture of the case, from a run in which each frame is submitted as a whole, as in normal use. The hashes in
     /// `steps` come from a second run, in which the passes run one by one.
     pub image: Image,
-    /// The [`level`](super::verdict::level)s of the case with one seed or with [`SEEDS`](super::verdict::SEEDS) seeds, from runs like the one of `image`. The first is that
-    /// of `image`, and each further seed is larger by one.
+    /// The levels ([`level`](super::verdict::level)) of the case with one seed or with
+    /// [`SEEDS`](super::verdict::SEEDS) seeds, from runs like the one of `image`, in the unit of radiance.
+    /// The first level belongs to `image`; each further seed is larger by one.
     pub levels: Vec<f64>,
     /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran. They
     /// show which pass first differs from the golden frame.
@@ -74,7 +75,8 @@ pub struct Golden {
     pub arguments: String,
     /// The first 16 hexadecimal digits of the BLAKE3 hash of the picture's EXR file. They show whether the file is damaged.
     pub picture: String,
-    /// The levels of the case with several seeds, like [`Rendered::levels`]. They are compared with those of other drivers.
+    /// The levels of the case (mean values of its pictures) with several seeds, one per seed, like
+    /// [`Rendered::levels`]. The levels of other drivers with the same seeds are compared with them.
     pub levels: Vec<f64>,
     /// The hashes of the buffers that passes may write: one per pass and buffer, in the order in which the passes ran. They
     /// are compared only if every bit must be equal, that is, on the same driver or with `--exact`.
@@ -95,7 +97,8 @@ pub struct Goldens {
     /// been changed. Empty for a build outside a checkout. If `--only` limited a run to some cases, the golden frames of
     /// other cases may come from an older revision.
     pub commit: String,
-    /// The golden frames. The keys are the names of their cases. A case that the driver could not render is missing.
+    /// The golden frames of the set. The keys are the names of their cases. A case that the driver could not
+    /// render is missing.
     pub cases: BTreeMap<String, Golden>,
     #[serde(skip)]
     folder: PathBuf,
@@ -201,7 +204,7 @@ impl Blessing {
             locations,
         } = self;
         std::fs::create_dir_all(&folder).map_err(|e| Error::writing(&folder, e))?;
-        // While this lasts, no other program writes a set here, and what one has left is of no use to anyone.
+        // While this program holds the lock, no other one writes sets here: unfinished ones can be removed.
         let lock = File::open(&folder).and_then(|folder| folder.lock().map(|()| folder));
         if lock.is_ok() {
             remove_unfinished(&folder);
@@ -231,7 +234,7 @@ impl Blessing {
         // Readable by others, which temporary folders are not.
         let permissions = std::fs::Permissions::from_mode(0o755);
         std::fs::set_permissions(work.path(), permissions).map_err(failed)?;
-        // A folder is replaced in two steps, of which the first can be taken back.
+        // A folder is replaced in two steps; if the second one fails, the first one is undone.
         let had = target.exists();
         if had {
             let _ = std::fs::remove_dir_all(&older);
@@ -248,8 +251,9 @@ impl Blessing {
     }
 }
 
-/// The two paths at which the set of golden frames of a driver can be. `target` is the normal one. There is a second path so
-/// that a complete set exists at any time, even if the program is killed while it replaces a set.
+/// The two paths at which the set of golden frames of a driver can be. `target` is the normal one. The second
+/// path, `older`, is needed so that a complete set exists at any time, even if the program is killed while it
+/// replaces a set.
 struct Locations {
     target: PathBuf,
     /// The path to which the older set of golden frames is moved while a new set takes its place at `target`. If the program
@@ -285,15 +289,17 @@ fn remove_unfinished(folder: &Path) {
     }
 }
 
-/// The path of the picture of the case `name`. `folder` is the folder of a driver's set.
+/// The path of the EXR file with the golden picture of the case `name`. `folder` is the folder of a driver's
+/// set.
 fn picture(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.exr"))
 }
 
 impl Goldens {
-    /// The revision of Headwater that made the golden frames, if it differs from that of this program. The user is then told
-    /// that a difference between pictures may come from a change of Headwater instead of the driver. `None` if both
-    /// revisions are equal, or if that of the golden frames is unknown.
+    /// The revision of Headwater that made the golden frames, if it differs from the revision of this
+    /// program. The program then prints a note that a difference between pictures may come from a change of
+    /// Headwater instead of the driver. `None` if both revisions are equal, or if the revision of the golden
+    /// frames is unknown.
     pub fn other_revision(&self) -> Option<&str> {
         let made_by = Some(self.commit.as_str()).filter(|commit| !commit.is_empty())?;
         (made_by != env!("HEADWATER_COMMIT")).then_some(made_by)
@@ -312,7 +318,7 @@ impl Goldens {
         let entries = std::fs::read_dir(folder).map_err(|e| Error::reading(folder, e))?;
         let mut others: Vec<PathBuf> = entries
             .filter_map(|entry| Some(entry.ok()?.path()))
-            // What begins with a dot is not, or no longer, a whole set.
+            // A folder whose name begins with a dot is not a complete set, or an older set.
             .filter(|path| {
                 !path
                     .file_name()

@@ -6,9 +6,10 @@ use crate::{Error, Result};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;
 
-/// The report as XML text. `driver` is the name of the tested driver. `results` has the name, the verdict and the duration
-/// of each case that has finished. `running` is the name of the case that runs now, which the report lists as an error: if
-/// the driver crashes in this case and ends the program, the report that was written last shows it.
+/// The report of a run as JUnit XML text. `driver` is the name of the tested driver. `results` has the name,
+/// the verdict and the duration of each case that has finished. `running` is the name of the case that runs
+/// now, or `None` at the end. The report lists this case as an error: if the driver crashes and ends the
+/// program, the report that was written last shows the case.
 ///
 /// # Errors
 /// The XML library cannot write the text, which does not happen with the names in `cases.toml`.

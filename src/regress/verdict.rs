@@ -28,20 +28,24 @@ const NEAR: f32 = 1e-3;
 /// The largest fraction of pixels in which the pictures of two drivers may disagree; with more, the case fails. Some pixels
 /// always disagree, because rounding can change a random decision, and a path then takes another direction.
 const MAX_APART: f64 = 0.05;
-/// The number of seeds with which a case is rendered to compare the levels of two drivers. The differences of the pixels of
-/// one picture cannot tell noise from a wrong level, because reuse spreads one changed decision over many pixels: they are
-/// not independent, but seeds are.
+/// The number of seeds with which a case is rendered to compare the levels (mean values of the picture) of
+/// two drivers. One picture does not show whether a difference is noise or a wrong level, because reuse
+/// spreads one changed decision over many pixels, so that they are not independent. Pictures with different
+/// seeds are independent.
 pub const SEEDS: u32 = 16;
-/// The probability with which the confidence interval of the difference between the levels of two drivers contains its
-/// expected value. A case fails if its interval does not contain 0; with equal expected values, that is one case of 10,000.
+/// The probability with which the confidence interval of the difference between the levels of two drivers
+/// contains the true difference. A case fails if its interval does not contain 0; if the true difference is
+/// 0, this happens in one case of 10,000.
 const CONFIDENCE: f64 = 0.9999;
-/// The widest interval, as the half-width, in which a case can pass. A wider one would hide a wrong level.
+/// The largest half-width of the confidence interval of the difference between two levels with which a case
+/// can pass, as a fraction of the golden level. A wider interval could hide a wrong level.
 const MAX_NOISE: f64 = 0.01;
 /// The largest difference between the levels of two drivers that is always accepted, because rounding alone can shift the
 /// level this far. It is a fraction of the golden level.
 const ROUNDING: f64 = 1e-4;
 
-/// The level of a picture: the mean of R + G + B over all pixels, in the unit of their radiance.
+/// The level of a picture: the mean of the values of R, G and B over all pixels, in the unit of their
+/// radiance. [`judge_loosely`] compares the levels of two drivers.
 ///
 /// # Errors
 /// The picture lacks the channel `R`, `G` or `B`.
@@ -84,10 +88,11 @@ pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> V
     ))
 }
 
-/// The verdict on a case whose golden frame is from another driver, so that rounding may change some values. The case fails
-/// if the pictures differ in size, if more than 5 % of the pixels disagree, or if the levels of the two drivers, of which
-/// each seed gives a pair, differ by more than noise and rounding explain. Two pixels disagree if their values of R, G or B
-/// differ by more than 0.1 % of the larger one. `picture` is the golden picture.
+/// The verdict on a case whose golden frame is from another driver, so that rounding may change some values.
+/// The case fails if the pictures differ in size, or if more than 5 % of the pixels disagree. It also fails
+/// if the levels of the two drivers, which are compared seed by seed, differ by more than noise and rounding
+/// explain. Two pixels disagree if their values of R, G or B differ by more than 0.1 % of the larger one.
+/// `picture` is the golden picture.
 ///
 /// # Errors
 /// One of the pictures lacks the channel `R`, `G` or `B`.
@@ -193,7 +198,8 @@ mod tests {
         }
     }
 
-    /// The verdict on a picture of which the pixel `i` has the red `value(i, seed)`. That of the golden picture is 1.
+    /// The verdict of [`judge_loosely`] on pictures with [`SEEDS`] seeds, whose pixel `i` has the red value
+    /// `value(i, seed)`. The red value of the golden picture is 1 in all pixels.
     fn judge(value: &dyn Fn(usize, u32) -> f32) -> Verdict {
         let of_seed = |seed| image(|i| value(i, seed));
         let rendered = Rendered {
@@ -229,8 +235,10 @@ mod tests {
         assert!(!passes(&judge(&|_, _| f32::NAN)));
     }
 
-    /// Reuse gives all pixels of a surface the sample that one of them has found. So one decision that rounding changes can
-    /// make the whole surface brighter with one seed, and darker with another.
+    /// Reuse gives all pixels of a surface the sample that one of them has found. If rounding changes one
+    /// decision, the whole surface can therefore become brighter with one seed, and darker with another. Such
+    /// random changes must pass. A very large change with a single seed, and a shift with all seeds, must
+    /// fail.
     #[test]
     fn a_decision_that_reuse_spreads_is_no_shift() {
         let surface = |change: fn(u32) -> f32| {

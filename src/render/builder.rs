@@ -1,5 +1,5 @@
-//! The builder with which users of the library make the renderer of a scene. It has defaults for everything that the caller
-//! does not set.
+//! The builder with which users of the library make the renderer of a scene. Everything that the caller does not set has
+//! a default value.
 
 use super::presets::{DEFAULT, Preset};
 use super::{Renderer, Settings, View};
@@ -40,8 +40,8 @@ pub struct RendererBuilder<'a> {
 }
 
 impl Renderer {
-    /// Makes a builder of a renderer for `scene`, with default values, which the methods of the builder replace. The device
-    /// is not opened before [`RendererBuilder::build`] is called.
+    /// Makes a builder of a renderer for `scene`. Every option has a default value, which a method of the builder can
+    /// replace. The device is opened only when [`RendererBuilder::build`] is called.
     pub fn builder(scene: &Scene) -> RendererBuilder<'_> {
         RendererBuilder::new(scene)
     }
@@ -73,8 +73,8 @@ impl<'a> RendererBuilder<'a> {
         Ok(self)
     }
 
-    /// Replaces all settings, also those of a preset, by `settings`. Without this call or [`Self::preset`], the settings are
-    /// those of the preset `balanced`.
+    /// Replaces all settings by `settings`, including those of an earlier call of [`Self::preset`]. Without either call,
+    /// the settings are those of the preset `balanced`.
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = Some(settings);
         self
@@ -127,8 +127,8 @@ impl<'a> RendererBuilder<'a> {
     /// Opens the device, uploads the scene, and makes the renderer with its passes and buffers.
     ///
     /// # Errors
-    /// The picture has no pixels or too many, there is no Vulkan, no device fits the selection, or the scene exceeds the
-    /// memory or a limit of the device.
+    /// The width or the height of the picture is 0, the picture is too large, Vulkan is not available, no device fits the
+    /// selection, or the scene exceeds the memory or a limit of the device.
     pub fn build(self) -> Result<Renderer> {
         let (width, height) = self.size;
         if width == 0 || height == 0 {

@@ -1,5 +1,5 @@
-//! The conversion of a scene's camera to the form that shaders read. From it, shaders compute primary rays, and the pixel in
-//! which a point of the scene appears.
+//! The conversion of a scene's camera to the form that shaders read. From this form, shaders compute primary rays, and
+//! the pixel in which a point of the scene appears.
 
 use crate::device_scene::Units;
 use crate::scene::Camera;

@@ -18,7 +18,8 @@ use std::sync::Arc;
 /// to explain the time of the pass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
-    /// The name of the pass that was counted.
+    /// The name of the pass to which these counts belong, such as `initial_direct`. Reports show the counts under this
+    /// name.
     pub pass: String,
     /// The number of rays that the pass traced. Many passes spend most of their time on tracing rays.
     pub rays: u64,
@@ -104,8 +105,8 @@ pub struct Counters {
     /// The buffer of counters on the device, which every pass binds. Each pass has one range of `COUNTERS` words in it.
     pub buffer: Buffer,
     device: Arc<Device>,
-    /// The names of the passes that have a range in the buffer, in the order of the ranges. A pass finds its range by its
-    /// name, and [`Counts`] are reported under it.
+    /// The names of the passes that have a range in the buffer, in the order of the ranges. [`Self::specialise`] finds
+    /// the range of a pass by its name, and [`Self::since_last`] reports its counts under it.
     passes: RefCell<Vec<String>>,
     counting: bool,
     /// The values of all counters at the last call of [`Self::since_last`], or all 0 after [`Self::clear`]. Reading does not
@@ -129,10 +130,10 @@ impl Counters {
         Ok(made)
     }
 
-    /// Reserves a range of counters for the pass named `pass`; passes with the same name share one range. Returns a copy of
-    /// the specialisation constants `specialisation`, with the index of the first counter of the range, and with the flag
-    /// that says whether the pass counts more than faults. The pass must be made with these constants, so that its shader
-    /// counts in this range.
+    /// Reserves a range of counters for the pass named `pass`; passes with the same name share one range. Returns a copy
+    /// of the specialisation constants `specialisation` with two changes: the index of the first counter of the range,
+    /// and a flag that is true if the pass counts more than faults. The pass must be made with these constants, so that
+    /// its shader counts in this range.
     ///
     /// # Errors
     /// All ranges of the buffer belong to other passes.

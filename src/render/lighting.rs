@@ -10,8 +10,8 @@ pub enum Lighting {
     Indirect,
 }
 
-/// The names of the passes that compute one kind of light, in the order in which the passes run. The integrator makes the
-/// passes by these names. The shader of a pass is the file `glsl/restir/passes/NAME.comp`.
+/// The names of the passes that compute one kind of light, in the order in which the passes run. The integrator makes
+/// each pass from the shader file `glsl/restir/passes/NAME.comp`, where NAME is one of these names.
 pub struct PassNames {
     /// The name of the pass that draws the candidates of each pixel and selects one of them for the pixel's initial
     /// reservoir.

@@ -1,5 +1,5 @@
-//! Presets: named TOML files, compiled into the program, from which the user selects one. Each contains the settings in
-//! which the preset differs from the defaults.
+//! Presets: named TOML files that are compiled into the program. A preset contains only the settings whose values differ
+//! from the defaults. The user selects a preset by its name.
 
 use super::settings::{Settings, flatten};
 use crate::base::nearest::nearest;
@@ -15,8 +15,8 @@ use std::sync::LazyLock;
 pub struct Preset {
     /// The name of the preset, as the user writes it after `--preset`.
     pub name: &'static str,
-    /// The content of the preset's TOML file: the settings that it changes. Its leading comment describes the purpose of the
-    /// preset.
+    /// The TOML file of the preset, as text: first a comment that describes the purpose of the preset, then the settings
+    /// that the preset changes.
     pub text: &'static str,
 }
 
@@ -79,7 +79,7 @@ impl Preset {
     /// The text of the preset is not valid TOML, or has an unknown key or a value out of range. A test checks that all
     /// presets of this build are valid.
     pub fn settings(&self) -> Result<Settings> {
-        // A plan asks for them once for each of its configurations.
+        // Plans of studies need these settings once per configuration, so parsed presets are stored.
         static PARSED: LazyLock<HashMap<&str, Settings>> = LazyLock::new(|| {
             let pair = |preset: &Preset| Some((preset.name, preset.parse().ok()?));
             PRESETS.iter().filter_map(pair).collect()
@@ -90,7 +90,8 @@ impl Preset {
         }
     }
 
-    /// The settings that differ from those of the preset: pairs of the dotted key and the value in `settings`.
+    /// Returns the settings in `settings` whose values differ from the preset: pairs of the dotted key, such as
+    /// `direct.spatial.radius`, and the value in `settings`. Empty if no value differs.
     ///
     /// # Errors
     /// As for [`Self::settings`].
@@ -107,7 +108,8 @@ impl Preset {
     }
 }
 
-/// The settings that differ from those of the default preset, as TOML for `--config`.
+/// Returns the settings in `settings` whose values differ from the default preset, as TOML text with one line per
+/// setting: its dotted key, `=`, and its value. The option `--config` reads a file with this text.
 ///
 /// # Errors
 /// As for [`Preset::settings`].
@@ -118,7 +120,8 @@ pub fn changes(settings: &Settings) -> Result<String> {
     }))
 }
 
-/// The options of the command line that choose `settings`: the preset from which the fewest settings differ, and these.
+/// Returns command-line options that give `settings`: first `--preset NAME`, with the preset from which the fewest
+/// settings differ, and then `--set KEY=VALUE` for each setting that differs. Pages of results show these options.
 ///
 /// # Errors
 /// As for [`Preset::settings`].

@@ -9,7 +9,8 @@ use crate::shader_interface::{RAYS_PER_GROUP, RayBatch, RayHit, RayQuery};
 use std::sync::Arc;
 
 crate::bindings! {
-    /// Bindings of the pass `trace_rays`, which traces each ray of a list and writes its hit, or that it has none.
+    /// Bindings of the pass `trace_rays`, which traces each ray in the buffer `rays` and writes its hit, or a ray
+    /// parameter of −1 if it hits nothing, to the buffer `answers`.
     pub struct TraceRays {
         [offers scene: GpuScene]
         read rays,
@@ -39,7 +40,7 @@ impl RayTracer {
     /// # Errors
     /// A buffer exceeds a limit or the free memory of the device, or the shader's interface cannot be bound by name.
     pub fn new(device: &Arc<Device>, scene: Arc<GpuScene>, rays: &[RayQuery]) -> Result<Self> {
-        // With the direction scaled too, the ray's parameter keeps its meaning.
+        // The direction is scaled like the origin, so that the ray parameter of a hit stays the same.
         let unit = scene.units.length as f32;
         let rays: Vec<RayQuery> = (rays.iter())
             .map(|ray| RayQuery {

@@ -278,7 +278,7 @@ impl Renderer {
     /// this one sample. The caller must have called [`Self::single_frame`] before. With path tracing, this method does
     /// nothing, because the sums contain the frame already.
     pub fn keep_single_frame(&mut self) -> Result<()> {
-        // Without a picture of its own it is there already, alone.
+        // Path tracing has no buffer of a single frame: its sums already contain this frame alone.
         if let Some(color) = self.integrator.color() {
             self.sums.clear()?;
             self.sums.add(color)?;
@@ -337,8 +337,8 @@ impl Renderer {
         Ok(pixels)
     }
 
-    /// Finds the surfaces that the rays through the pixels' centres hit in the last frame (or in the next one, if there is
-    /// no last one): one per pixel, row by row from the top. Depths are in scene units; 0 means that the pixel shows no
+    /// Finds the surface that the ray through each pixel's centre hits in the last frame (in the next frame, if none was
+    /// rendered yet): one per pixel, row by row from the top. Depths are in scene units; 0 means that the pixel shows no
     /// surface. This call traces these rays, separately from the rays of the picture.
     pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {
         let primary_surfaces = match self.primary_surfaces.take() {
@@ -368,7 +368,7 @@ impl Renderer {
     /// The integrator is path tracing, which has no reservoirs, or the device fails.
     pub fn reservoir_aovs(&self, lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         let mut reservoirs = self.integrator.reservoir_aovs(lighting)?;
-        // Samples of direct light on other lights than triangles have other measures.
+        // Weights of samples on other lights than triangles do not have the unit of an area.
         let triangles = self.bindings.scene.counts.triangle_lights;
         let area = self.bindings.scene.units.length.powi(2);
         for reservoir in &mut reservoirs {

@@ -1,5 +1,5 @@
-//! Settings in which everything is decided that depends on the scene: the light candidates with `candidates=auto`, and
-//! whether there are world reservoirs (the reservoirs of path vertices).
+//! Settings in which all choices that depend on the scene are made: the light candidates with `candidates=auto`, and the
+//! use of world reservoirs (the reservoirs of path vertices).
 
 use super::light_samplers::SamplerSettings;
 use super::lighting::Lighting;
@@ -54,7 +54,8 @@ impl ResolvedSettings {
     }
 
     fn decide(&mut self, scene: &GpuScene) {
-        // Hundreds of thousands of lights are counted only where something asks, and once: with rare lights, and without.
+        // A scene can have hundreds of thousands of lights, so they are counted only if a setting needs it, and at most
+        // once in each of two ways: with rare lights, and without.
         let counts = [false, true].map(|apart| {
             LazyCell::new(move || count(scene.first_lights(), &scene.light_groups, apart))
         });
@@ -91,9 +92,9 @@ impl ResolvedSettings {
         }
     }
 
-    /// True if resampling renders this kind of light: the settings do not switch it off, and the maximum number of bounces
-    /// is large enough for it. Only then does it have passes and buffers. Whether `integrator` selects resampling is not
-    /// considered.
+    /// True if resampling renders this kind of light: the settings do not switch it off, and the maximum number of
+    /// bounces is large enough for it. Otherwise it has no passes and buffers. The setting `integrator` has no effect on
+    /// the result.
     pub fn renders(&self, lighting: Lighting) -> bool {
         self.settings.renders(lighting, self.bounces)
     }

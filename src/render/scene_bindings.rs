@@ -11,8 +11,9 @@ use std::sync::Arc;
 /// A buffer that is computed from the scene, such as the light BVH (a tree of lights). Every pass may bind it. When the
 /// scene moves to another time, [`Self::follow`] computes the buffer again, so that it fits the scene at this time.
 pub trait SceneResource: Send + Sync {
-    /// The name of the binding in the shaders, and the buffer. Shaders that are compiled for `variant` (a combination of
-    /// tracer and access to memory) read the buffer as texels or as a storage buffer, and it is bound in this form.
+    /// The name of the binding in the shaders, and the buffer in the form in which it is bound: as texels or as a storage
+    /// buffer. `variant` (the combination of tracer and access to memory for which shaders are compiled) decides the
+    /// form.
     fn resource(&self, variant: Variant) -> (&'static str, Resource<'_>);
 
     /// The name and the size in bytes of this buffer, for reports of memory; `None` if the buffer is empty.
@@ -50,7 +51,7 @@ impl Offers for SceneBindings {
 }
 
 impl SceneBindings {
-    /// Collects the resources and constants with which the passes of a renderer are made. If `energy_compensated` is true in
+    /// Makes the bindings from the scene, the constants and the light BVH. If `energy_compensated` is true in
     /// `specialisation`, it also computes the table of specular albedos, from which shaders find the energy that the
     /// specular lobe loses. Otherwise the table is empty.
     ///

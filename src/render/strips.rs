@@ -1,6 +1,6 @@
-//! A picture that is cut into strips of whole rows, each with a separate buffer. Strips are needed because a device can bind
-//! only a limited number of bytes at once (128 MiB in lavapipe). Also, the driver of a GPU that drives a display may abort a
-//! submission that takes too long.
+//! Functions that cut a picture into strips of whole rows, each with a separate buffer. Strips are needed because a
+//! device can bind only a limited number of bytes at once (128 MiB in lavapipe). Also, the driver of a GPU that drives a
+//! display may abort a submission that takes too long.
 
 use crate::gpu::{Buffer, Device, Usage};
 use crate::shader_interface::{Strip, TILE};
@@ -13,11 +13,12 @@ use std::sync::Arc;
 /// long one.
 const MAX_PIXELS: u64 = 1 << 20;
 
-/// The number of workgroups along an axis that every Vulkan device can dispatch. A workgroup covers a tile of `TILE` × `TILE`
-/// pixels.
+/// The maximum number of workgroups along one axis of a dispatch that every Vulkan device supports. A workgroup covers a
+/// tile of `TILE` × `TILE` pixels, so this number limits the sides of a picture or strip.
 const MAX_TILES: u32 = 65_535;
 
-/// The maximum width of a picture or of a strip, and the maximum height of a strip, in pixels; a wider picture is refused.
+/// The maximum width and height, in pixels, of a picture or strip that one dispatch covers. Wider pictures are refused;
+/// higher ones are cut into strips, or are refused by an integrator that needs the whole picture in one dispatch.
 const MAX_SIDE: u32 = MAX_TILES * TILE;
 
 /// Checks that one side of a picture, `pixels` pixels long, has at most 65,535 tiles, because not every Vulkan device can
@@ -34,9 +35,10 @@ pub(super) fn check_side(how: &str, pixels: u32) -> Result<()> {
     Ok(())
 }
 
-/// Cuts a picture of `width` × `height` pixels into strips (groups of whole rows), from top to bottom. The height of a strip
-/// is a multiple of `TILE` rows, except for the last one, and at most `MAX_SIDE`. Each strip has at most `most_bytes` bytes,
-/// with `bytes_a_pixel` bytes per pixel. It also has at most `MAX_PIXELS` pixels, unless already `TILE` rows have more.
+/// Cuts a picture of `width` × `height` pixels into strips (groups of whole rows), from top to bottom. The height of a
+/// strip is a multiple of `TILE` rows, except for the last one, and at most `MAX_SIDE`. Each strip has at most
+/// `most_bytes` bytes, with `bytes_a_pixel` bytes per pixel. It has at most `MAX_PIXELS` pixels, unless `TILE` rows
+/// already have more.
 ///
 /// # Errors
 /// One row of tiles has more than `most_bytes` bytes, or more than 65,535 tiles, which not every device can dispatch.
@@ -65,7 +67,7 @@ fn cut_to(width: u32, height: u32, bytes_a_pixel: u64, most_bytes: u64) -> Resul
 /// one `T` per pixel. Passes then run once per strip. `name` is the name of all these buffers.
 ///
 /// # Errors
-/// The errors of `cut`, or the device has too little free memory.
+/// [`cut`] returns an error, or the device has too little free memory.
 pub(super) fn strips_of<T>(
     device: &Arc<Device>,
     name: &str,

@@ -15,7 +15,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The midpoint of the box, in the space of the box.
+    /// The midpoint of the box, in the space of the box. Cameras that show a whole scene look at it.
     pub fn center(&self) -> DVec3 {
         self.min * 0.5 + self.max * 0.5
     }
@@ -25,8 +25,8 @@ impl Bounds {
         self.max - self.min
     }
 
-    /// The eight corners of the box. Bit 0 of a corner's index tells whether its x is that of [`Self::min`] (0) or of
-    /// [`Self::max`] (1). Bit 1 does so for y, and bit 2 for z.
+    /// The eight corners of the box. Bit 0 of a corner's index is 0 if its x is that of [`Self::min`], and 1
+    /// if it is that of [`Self::max`]. In the same way, bit 1 stands for y, and bit 2 for z.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> {
         let (min, max) = (self.min, self.max);
         (0..8).map(move |i| {
@@ -47,12 +47,13 @@ impl Bounds {
         Self::of(corners).unwrap_or(*self)
     }
 
-    /// The smallest box that contains all `boxes`; `None` if there are no boxes.
+    /// The smallest box that contains all `boxes`, which must be in one space; `None` if there are no boxes.
     pub fn around(boxes: impl Iterator<Item = Self>) -> Option<Self> {
         Self::of(boxes.flat_map(|bounds| [bounds.min, bounds.max]))
     }
 
-    /// The smallest box that contains all `points`; `None` if there are no points.
+    /// The smallest box that contains all `points`, in the space of the points; `None` if there are no
+    /// points.
     pub fn of(points: impl Iterator<Item = DVec3>) -> Option<Self> {
         points.fold(None, |bounds: Option<Self>, point| {
             Some(match bounds {
@@ -107,7 +108,8 @@ impl Scene {
         let mut bounds: Option<Bounds> = None;
         let mut vertices = 0;
         for reach in REACHES {
-            // Those that may reach farthest come first, and what lies within the known box needs no look at its vertices.
+            // Instances that may reach farthest come first. An instance within the known box cannot enlarge
+            // it, so its vertices are not examined.
             placed.sort_by(|(a, _), (b, _)| reach(b).total_cmp(&reach(a)));
             for (own, instance) in &mut placed {
                 if bounds.is_some_and(|known| reach(own) <= reach(&known)) {
@@ -123,10 +125,10 @@ impl Scene {
         bounds
     }
 
-    /// A box around each instance, in world space: the transformed box of the instance's mesh, enlarged until it is
-    /// axis-aligned. The limits of a scene are checked, and the device's units are chosen, with these boxes. They are fast
-    /// to compute, but can be larger than necessary. They are in the order of the instances; instances of meshes without
-    /// positions have none.
+    /// A box around each instance, in world space: the transformed box of the instance's mesh, enlarged until
+    /// it is axis-aligned. The limits of a scene are checked, and the device's units are chosen, with these
+    /// boxes. They are fast to compute, but can be larger than necessary. The boxes are in the order of the
+    /// instances, but an instance of a mesh without positions has no box.
     pub fn loose_boxes(&self) -> Vec<Bounds> {
         let bounds: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         self.placed_boxes(&bounds)

@@ -8,8 +8,8 @@ use glam::{DAffine3, DMat3, DVec3};
 /// the picture.
 const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
-/// The distance of [`framing_camera`] from the centre of the scene, as a multiple of the smallest distance at which it shows
-/// the whole scene. Higher: a wider margin around the scene.
+/// The distance of [`framing_camera`] from the centre of the scene, as a multiple of the smallest distance at
+/// which it shows the whole scene. A higher value leaves a wider margin around the scene.
 const FRAMING_MARGIN: f64 = 1.05;
 
 /// A camera at the position `eye` that looks at the point `target`, both in world space. +Y is up in the picture. If the

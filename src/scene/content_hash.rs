@@ -11,9 +11,9 @@ use super::{
 use glam::DAffine3;
 
 impl Scene {
-    /// The BLAKE3 hash, as 64 hexadecimal digits, of everything that affects the picture: meshes, materials, images,
-    /// instances, lights, environment, cameras and motion. Scenes with the same hash have the same pictures. Names, and the
-    /// notices that loading a file gave, do not change it.
+    /// The BLAKE3 hash, as 64 hexadecimal digits, of everything that affects the picture: meshes, materials,
+    /// images, instances, lights, environment, cameras and motion. Scenes with the same hash have the same
+    /// pictures. Names, and the notices that were given while a file was loaded, do not change it.
     pub fn content_hash(&self) -> String {
         // Full destructuring, so that a new field cannot be forgotten here.
         let Self {

@@ -65,7 +65,7 @@ impl Scene {
         let emitters = Emitters::new(self, &emitter_materials);
         let mut found = BTreeSet::new();
         for mesh in self.placed_meshes() {
-            // Once for all parts, of which a mesh may have as many as vertices.
+            // Computed once for all parts, because a mesh may have very many parts.
             let vertex_alpha = LazyCell::new(|| {
                 let alphas = mesh.colors.iter().map(|color| color.w);
                 alphas.reduce(f32::max).unwrap_or(1.0)
@@ -110,7 +110,8 @@ mod tests {
     use super::*;
     use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-    /// A scene with one instance of a mesh, whose only triangle has the material `material`.
+    /// A scene with one instance of a mesh, whose only triangle has the material `material`, without other
+    /// lights and motion.
     fn scene(material: Material) -> Scene {
         Scene {
             meshes: vec![Mesh {

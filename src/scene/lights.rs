@@ -67,7 +67,8 @@ pub struct EmitterTriangle {
 pub type EmitterName = (Option<u32>, u32);
 
 impl LightTriangle {
-    /// The emitter to which the triangle belongs: its instance and its material.
+    /// The emitter to which the triangle belongs, as its instance and its material. The powers of an
+    /// emitter's triangles are summed by it.
     pub fn emitter(&self) -> EmitterName {
         (Some(self.instance), self.material)
     }
@@ -188,8 +189,9 @@ impl<'a> Emitters<'a> {
     }
 }
 
-/// The texture coordinates of the three corners of the triangle with the index `triangle` in [`Mesh::triangles`]. They are
-/// from the set that `texture` uses, before [`Texture::transform`] maps them to the image.
+/// The texture coordinates of the three corners of the triangle with the index `triangle` in
+/// [`Mesh::triangles`]. They are from the set that `texture` uses, before [`Texture::transform`] maps them to
+/// the image. With them, the emission of a triangle is looked up.
 fn uvs_of(mesh: &Mesh, texture: &Texture, triangle: u32) -> [Vec2; 3] {
     let corners = mesh.triangles[triangle as usize];
     corners.map(|i| mesh.uvs[texture.set as usize][i as usize])
@@ -352,7 +354,8 @@ pub fn emitter_names(
     triangles.iter().map(LightTriangle::emitter).chain(others)
 }
 
-/// Luminance of a linear sRGB colour (ITU-R BT.709), in the unit of the colour's channels.
+/// Luminance of a linear sRGB colour (ITU-R BT.709), in the unit of the colour's channels. The powers of
+/// lights are computed from luminances.
 pub fn luminance(color: Vec3) -> f64 {
     color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }

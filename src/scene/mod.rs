@@ -36,13 +36,15 @@ pub struct Scene {
     pub name: String,
     /// Meshes in object space. Several instances can share one mesh.
     pub meshes: Vec<Mesh>,
-    /// Descriptions of surfaces. [`Part::material`] is an index into this array.
+    /// The materials, which describe how surfaces reflect, emit and block light. [`Part::material`] is an
+    /// index into this array.
     pub materials: Vec<Material>,
     /// Images of textures. [`Texture::image`] is an index into this array.
     pub images: Vec<Image>,
     /// Meshes with their transforms into the world. A mesh without an instance is not visible.
     pub instances: Vec<Instance>,
-    /// Point, spot and directional lights, which have no surface.
+    /// Point, spot and directional lights. They have no surface that a ray could hit, so only light samples
+    /// find them.
     pub punctual_lights: Vec<PunctualLight>,
     /// Light from infinitely far away; `None` if a ray that leaves the scene sees black.
     pub environment: Option<Environment>,
@@ -85,16 +87,17 @@ pub struct Mesh {
 /// A run of consecutive triangles of a [`Mesh`] that have the same material. Several parts give one mesh several materials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Index into [`Mesh::triangles`] of the run's first triangle.
+    /// Index into [`Mesh::triangles`] of the first triangle of the part. Its other triangles follow in that
+    /// array.
     pub first_triangle: u32,
-    /// Number of triangles in the run.
+    /// Number of triangles of the part, which are consecutive in [`Mesh::triangles`].
     pub triangle_count: u32,
-    /// Index into [`Scene::materials`]: the material of all triangles of the run.
+    /// Index into [`Scene::materials`]: the material of all triangles of the part.
     pub material: u32,
 }
 
 impl Part {
-    /// The indices of the run's triangles in [`Mesh::triangles`].
+    /// The indices of the part's triangles in [`Mesh::triangles`], for loops over these triangles.
     pub fn range(&self) -> std::ops::Range<u32> {
         self.first_triangle..self.first_triangle + self.triangle_count
     }
@@ -159,13 +162,14 @@ pub struct Material {
     /// Strength of a dielectric's specular reflection (`KHR_materials_specular`), in [0, 1]. A dielectric with 0 is pure
     /// Lambert.
     pub specular: f32,
-    /// Linear RGB factor ≥ 0 on a dielectric's specular reflection at normal incidence (`KHR_materials_specular`).
+    /// Linear RGB factor ≥ 0 on a dielectric's specular reflection at normal incidence
+    /// (`KHR_materials_specular`); it tints the reflection.
     pub specular_color: Vec3,
     /// Index of refraction of a dielectric: at least 1, or 0 for a dielectric that reflects all light at normal incidence (a
     /// convention of glTF). Above 1, a higher index reflects more.
     pub ior: f32,
-    /// True if the camera sees the base colour as radiance, whatever light there is, and all other rays see a black surface
-    /// (`KHR_materials_unlit`).
+    /// True if the camera sees the base colour as radiance, independent of all lights, and all other rays see
+    /// a black surface (`KHR_materials_unlit`).
     pub unlit: bool,
     /// Emitted linear RGB radiance ≥ 0 in W/(m²·sr): glTF's emissive factor × emissive strength. `emissive_texture`
     /// multiplies it.
@@ -214,7 +218,8 @@ impl Material {
         }
     }
 
-    /// An opaque material that neither emits nor reflects light, but that the camera sees with the radiance `color`.
+    /// An opaque material that neither emits nor reflects light. The camera sees its surfaces with the linear
+    /// RGB radiance `color`, in W/(m²·sr).
     pub fn unlit(name: &str, color: Vec3) -> Self {
         Self {
             unlit: true,
@@ -222,7 +227,8 @@ impl Material {
         }
     }
 
-    /// The textures that the material has. With each comes the name of its slot, such as `normal texture`, for messages.
+    /// The textures that the material has, each with the name of its slot, such as `normal texture`, for
+    /// messages.
     pub fn textures(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
         let textures = [
             ("base colour texture", &self.base_color_texture),

@@ -29,9 +29,11 @@ pub enum PunctualShape {
     /// The light shines from one point into a cone around −Z of the light's own space. Directions up to the angle `inner`
     /// from this axis have the full intensity, which fades to 0 at the angle `outer`.
     Spot {
-        /// Half angle of the cone with full intensity, in radians, in [0, `outer`].
+        /// Half angle of the inner cone, in radians, in [0, `outer`]. Directions in this cone have the full
+        /// intensity.
         inner: f64,
-        /// Half angle of the whole cone, in radians, above 0 and at most π/2.
+        /// Half angle of the whole cone, in radians, above 0 and at most π/2. At this angle, the intensity
+        /// has faded to 0.
         outer: f64,
     },
     /// The light comes from infinitely far away, such as sunlight, and all its rays have the same direction.

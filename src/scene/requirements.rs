@@ -49,10 +49,10 @@ pub struct Requirements {
     pub vertex_colors: bool,
     /// True if some mesh has shading normals at its vertices; otherwise shaders use geometric normals only.
     pub smooth_normals: bool,
-    /// True if some triangle may have an edge longer than 10,000 times the usual size of the scene's instances. Barycentric
-    /// weights in f32 are too coarse to locate points on such a triangle. If nothing moves, samples of indirect light then
-    /// store points as coordinates in the triangle's plane. If something moves, they store barycentric weights in spite of
-    /// this.
+    /// True if some triangle may have an edge longer than 10,000 times the usual size of the scene's
+    /// instances. Barycentric weights in f32 are too coarse to locate points on such a triangle. If nothing
+    /// moves, samples of indirect light then store points as coordinates in the triangle's plane. If
+    /// something moves, they still store barycentric weights.
     pub large_triangles: bool,
     /// True if some mesh has more than one part (a run of triangles with one material). For reports only.
     pub multi_part_meshes: bool,
@@ -108,13 +108,13 @@ impl Requirements {
                 required.textures |= material.base_color_texture.is_some()
                     || material.metallic_roughness_texture.is_some();
                 required.alpha |= material.alpha_mode != AlphaMode::Opaque;
-                // Lights cover all.
+                // Surfaces that emit light block all other light.
                 required.blending |= material.alpha_mode == AlphaMode::Blend
                     && emitters.count(mesh, part) < part.triangle_count.into();
                 required.unlit |= material.unlit;
                 required.normal_maps |= material.normal_texture.is_some();
                 required.specular |= material.has_specular_lobe();
-                // A texture may make any point as smooth as it likes.
+                // A texture can give any point a low roughness.
                 let smooth = material.roughness < MIRROR_ROUGHNESS
                     || material.metallic_roughness_texture.is_some();
                 required.near_delta |= material.has_specular_lobe() && smooth;

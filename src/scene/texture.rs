@@ -21,12 +21,12 @@ pub struct Image {
 /// coordinate on this axis is below 0 or above 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// The image repeats, without mirroring.
+    /// The image repeats without mirroring, so only the fractional part of the coordinate counts.
     #[default]
     Repeat,
     /// The image repeats, and every second repetition is mirrored.
     Mirror,
-    /// The texel at the edge continues without end.
+    /// A lookup beyond an edge reads the texel at that edge.
     Clamp,
 }
 
@@ -41,7 +41,7 @@ pub struct Texture {
     /// The transform from the mesh's texture coordinates to those of the image, in which the image covers [0, 1] along both
     /// axes.
     pub transform: Affine2,
-    /// The wrap modes beyond the image's edges along u and along v.
+    /// The rules by which lookups beyond the image's edges find a texel: first along u, then along v.
     pub wrap: [Wrap; 2],
     /// True if a lookup returns the nearest texel; false if it interpolates between the four nearest ones.
     pub nearest: bool,
@@ -92,7 +92,7 @@ impl Texture {
     }
 }
 
-/// The index, along one axis, of the texel that a lookup reads if it asks for the texel `i`, which may be beyond the image.
+/// The index, along one axis, of the texel that a lookup at the index `i` reads; `i` may be beyond the image.
 /// `wrap` maps `i` into the image of `size` texels, so the result is at least 0 and less than `size`.
 fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
     let size = i64::from(size);
@@ -111,7 +111,8 @@ fn wrapped(wrap: Wrap, i: i64, size: u32) -> u32 {
 /// emissive texture are lights.
 pub struct LitTexels {
     size: [u32; 2],
-    /// The number of blocks, of 8 × 8 texels each, that cover the width of the image.
+    /// The number of blocks, of 8 × 8 texels each, that cover the width of the image. It gives the length of
+    /// a row in `lit_before`.
     columns: usize,
     /// A summed-area table over the blocks, with one entry per corner of a block, in rows of `columns` + 1 entries. Each
     /// entry is the number of lit blocks (with a texel that is not black) above and left of its corner. Four entries thus
@@ -165,7 +166,8 @@ impl LitTexels {
             let products = matrix.x_axis.abs() * uv.x.abs() + matrix.y_axis.abs() * uv.y.abs();
             (products + transform.translation.abs()) * size
         });
-        // The neighbours that a lookup interpolates, and what shaders may round otherwise.
+        // The margin allows for the neighbours that a lookup interpolates, and for different rounding in
+        // shaders.
         let margin = 2.0 + 1e-5 * (terms[0] + terms[1] + terms[2]);
         let low = positions[0].min(positions[1]).min(positions[2]) - margin;
         let high = positions[0].max(positions[1]).max(positions[2]) + margin;
@@ -217,13 +219,15 @@ pub fn linear(texel: [u8; 4]) -> Vec4 {
     Vec4::from_array(texel.map(f32::from)) / 255.0
 }
 
-/// Decodes a texel of colour to channels in [0, 1]: red, green and blue from sRGB to linear, alpha as it is.
+/// Decodes a texel of colour for [`Texture::at`] to channels in [0, 1]. Red, green and blue are converted
+/// from sRGB to linear; alpha is linear already.
 pub fn srgb(texel: [u8; 4]) -> Vec4 {
     let [r, g, b, a] = linear(texel).to_array();
     Vec4::new(decode_srgb(r), decode_srgb(g), decode_srgb(b), a)
 }
 
-/// The linear value in [0, 1] of an sRGB value in [0, 1] (IEC 61966-2-1).
+/// The linear value in [0, 1] of an sRGB value in [0, 1] (IEC 61966-2-1), with which [`srgb`] decodes each
+/// colour channel.
 fn decode_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92

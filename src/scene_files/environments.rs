@@ -47,8 +47,9 @@ impl Environment {
     }
 }
 
-/// The path of the file from which the environment with this name is read. `None` for `sky` and `sky:…`, which are generated
-/// without a file. Commands compare it with their output paths, so that an output does not overwrite the environment's file.
+/// The path of the file from which the environment `name` is read. `None` for `sky` and `sky:…`, which are
+/// generated without a file. Commands refuse an output with this path, because it would overwrite the
+/// environment.
 pub fn environment_file_of(name: &str) -> Option<&Path> {
     let generated = name == "sky" || name.starts_with("sky:");
     (!generated).then(|| Path::new(name))
@@ -123,7 +124,7 @@ fn decode_hdr(path: &Path) -> Result<(u32, u32, Arc<[Vec3]>)> {
             format!("has {width} × {height} texels, the most are {MAX_TEXELS}; scale it"),
         ));
     }
-    // They are decoded, and copied.
+    // The texels exist twice for a moment: as the decoder's picture, and as the copy made from it.
     const BYTES: u64 = 2 * size_of::<Vec3>() as u64;
     memory::check(BYTES * u64::from(width) * u64::from(height))
         .map_err(|cause| Error::reading(path, cause))?;

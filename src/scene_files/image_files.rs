@@ -25,9 +25,9 @@ pub(super) fn read(what: &str, file: SceneFile, progress: &mut Progress<'_>) -> 
     read_file(what, file, MAX_BYTES, progress)
 }
 
-/// Decides what happens because the image file with the path `name` is missing. If the user permits missing files
-/// (`allow_missing`), it adds a notice to `tally`, and the caller continues without the texture. `what` is the element of
-/// the scene that names the file, for messages.
+/// Handles a missing image file; `name` is its path in the scene. If the user permits missing files
+/// (`allow_missing`), a notice is added to `tally`, and the caller continues without the texture. `what` is
+/// the element of the scene that names the file, for messages.
 ///
 /// # Errors
 /// The user does not permit missing files.

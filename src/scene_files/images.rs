@@ -177,7 +177,7 @@ impl Encoded<'_> {
 
     fn decode(&self) -> Result<Image> {
         let (decoder, format) = self.decoder()?;
-        // Decoders may fill up what is missing, and tell no one.
+        // Some decoders accept a truncated file without an error, and invent the missing texels.
         let is_whole = match format {
             ImageFormat::Jpeg => is_whole_jpeg(&self.bytes),
             ImageFormat::WebP => is_whole_webp(&self.bytes),

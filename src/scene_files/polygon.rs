@@ -40,10 +40,10 @@ fn is_convex(corners: &[DVec2]) -> bool {
     (0..count).all(|i| turns_left([i, (i + 1) % count, (i + 2) % count]))
 }
 
-/// A search for the ears of a polygon. A corner is an ear, and can be cut off as a triangle, if its inner angle is below
-/// 180° and no other corner lies in the triangle that it forms with its two neighbours. What was found out about a corner is
-/// stored until a cut can change it. Without this, each cut would test all pairs of corners again, which takes too long in a
-/// file with thousands of polygons.
+/// A search for the ears of a polygon. A corner is an ear, and can be cut off as a triangle, if its inner
+/// angle is below 180° and no other corner lies in the triangle that it forms with its two neighbours. The
+/// result of the test of a corner is stored until a cut can change it. Without this, each cut would test all
+/// pairs of corners again, which takes too long in a file with thousands of polygons.
 struct Ears<'a> {
     corners: &'a [DVec2],
     /// The indices, into `corners`, of the corners that are not cut off yet, in their order around the polygon.
@@ -52,8 +52,8 @@ struct Ears<'a> {
     known: Vec<Known>,
 }
 
-/// What the search for ears (corners that can be cut off) has found out about a corner, so that the corner is not tested
-/// again after each cut.
+/// The stored result of the last test whether a corner is an ear, which means that it can be cut off as a
+/// triangle. With it, the corner is not tested again after each cut.
 #[derive(Clone, Copy)]
 enum Known {
     Nothing,
@@ -127,8 +127,9 @@ impl<'a> Ears<'a> {
     }
 }
 
-/// Twice the signed area of the triangle `a`, `b`, `c`: positive if the corners run counter-clockwise, negative if they run
-/// clockwise, 0 if they lie on a line. The sign tells on which side of the line from `a` to `b` the point `c` is.
+/// Twice the signed area of the triangle `a`, `b`, `c`: positive if the corners run counter-clockwise,
+/// negative if they run clockwise, 0 if they lie on a line. Its sign shows on which side of the line from `a`
+/// to `b` the point `c` is.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }

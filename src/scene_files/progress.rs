@@ -39,7 +39,8 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Adds `bytes`, the size of one more file that will be read, to the total number of bytes.
+    /// Adds `bytes`, the size of one more file that will be read, to the total number of bytes that is
+    /// reported to the callback.
     pub(super) fn add_to_read(&mut self, bytes: u64) {
         self.to_read = self.to_read.saturating_add(bytes);
     }
@@ -58,7 +59,8 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// An open file that is read through this type. Each read adds its bytes to the progress of loading and reports it.
+/// A reader of an open file that reports the progress of loading: each read adds its number of bytes to
+/// `progress` and calls the user's callback. An error of the callback ends the read.
 pub(super) struct Watched<'p, 'a> {
     file: File,
     progress: &'p mut Progress<'a>,

@@ -15,15 +15,16 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
 
-/// The flags with which the folders on the path to a file are opened. The flag `PATH` exists only on Linux. With it, the
-/// user needs the right to pass through a folder, but not the right to list its files; on other systems both are needed.
+/// The flags for opening each folder on the path to a file. On Linux, the flag `PATH` is used: with it, the
+/// user needs the right to pass through a folder, but not the right to list its files. Other systems lack
+/// this flag, and both rights are needed there.
 #[cfg(target_os = "linux")]
 const THROUGH: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
 #[cfg(not(target_os = "linux"))]
 const THROUGH: OFlags = OFlags::DIRECTORY;
 
-/// The folder that contains a scene's file, with the user's permissions for loading the scene. It opens the files that the
-/// scene names.
+/// The folder that contains a scene's file, with the user's permissions for loading the scene. Loaders open
+/// the files that the scene names through it.
 #[derive(Clone, Copy)]
 pub(super) struct SceneFolder<'a> {
     path: &'a Path,
@@ -34,7 +35,8 @@ pub(super) struct SceneFolder<'a> {
 /// is an error.
 pub(super) struct SceneFile {
     pub file: File,
-    /// The size of the file in bytes, at the time when it was opened.
+    /// The size of the file in bytes, at the time when it was opened. Loaders check it and read at most this
+    /// many bytes.
     pub length: u64,
     /// The device number and the inode number of the file. They identify it under any of its names, so that no file is read
     /// twice.

@@ -41,8 +41,9 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
-    /// The source of the surface points that fill the hash grid. The hash grid is a light sampler that stores reservoirs of
-    /// direct light in cells of space, which pixels in the cell merge with their own light samples.
+    /// The source of the surface points that fill the hash grid. The hash grid is a light sampler: it stores
+    /// reservoirs of direct light in cells of space, and each pixel merges reservoirs of its cell with its
+    /// own light samples.
     pub enum HashGrid {
         /// There is no hash grid: pixels draw light samples by another light sampler only.
         #[default]
@@ -50,9 +51,9 @@ crate::gpu_enum! {
         /// In every frame, one random pixel of each block of 4 × 4 pixels is selected. The surfaces that the camera sees at
         /// these pixels fill the hash grid with reservoirs of light samples. This is unbiased.
         Pixels,
-        /// A list of points on all surfaces of the scene fills the hash grid with reservoirs of light samples. This happens
-        /// once, in the first frame; the grid then stays as it is. It is the method as published ("Normal-aware hash grid of
-        /// precomputed reservoirs", 2025), and is biased.
+        /// A list of points on all surfaces of the scene fills the hash grid with reservoirs of light
+        /// samples. The grid is filled once, in the first frame, and then stays unchanged. This is the method
+        /// as published ("Normal-aware hash grid of precomputed reservoirs", 2025), and it is biased.
         Points,
     }
 }

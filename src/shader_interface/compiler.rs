@@ -64,7 +64,8 @@ pub fn passes(sources: &Sources) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The path of the file of the pass with the name `pass`; `None` if `sources` contain no such pass.
+/// The path of the file of the pass with the name `pass`, which is a key of `sources`; `None` if `sources`
+/// contain no such pass.
 pub fn pass_file<'a>(pass: &str, sources: &'a Sources) -> Option<&'a str> {
     passes(sources)
         .find(|(name, _)| *name == pass)

@@ -2,7 +2,8 @@
 //! streams, and indices of counters.
 
 crate::gpu_constants! {
-    /// The value that means "none" in every field that contains an index: no hit, no light, no texture, no normals.
+    /// The value that means "none" in every field that contains an index, for example no hit, no light, no
+    /// texture or no normals. Shaders test for this value before they use the index.
     pub const NONE: u32 = 0xFFFF_FFFF;
     /// The width and the height, in pixels, of the square of the picture that one workgroup works on, one pixel per
     /// invocation. Workgroups that work on a list of elements, such as path vertices, also have `TILE` × `TILE` invocations.
@@ -28,12 +29,13 @@ crate::gpu_constants! {
     /// base colour at a point. The shader must then store this colour in the pixel's `SampleData`, because it differs from
     /// the colour in the buffer of materials.
     pub const MATERIAL_VARIES: u32 = 2;
-    /// Wrap mode: outside of [0, 1], texture coordinates read the image as if it were repeated.
+    /// Wrap mode of a texture: outside of [0, 1], texture coordinates read the image as if it were repeated.
     pub const WRAP_REPEAT: u32 = 0;
-    /// Wrap mode: outside of [0, 1], texture coordinates read the image as if it were repeated and every second repetition
-    /// were mirrored.
+    /// Wrap mode of a texture: outside of [0, 1], texture coordinates read the image as if it were repeated
+    /// and every second repetition were mirrored.
     pub const WRAP_MIRROR: u32 = 1;
-    /// Wrap mode: outside of [0, 1], texture coordinates read the nearest texels at the edge of the image.
+    /// Wrap mode of a texture: outside of [0, 1], texture coordinates read the nearest texels at the edge of
+    /// the image.
     pub const WRAP_CLAMP: u32 = 2;
     /// The minimum cosine between a shading normal and the direction to the viewer. A shading normal with a smaller cosine
     /// is bent towards the viewer, because a visible surface would be black if its shading normal pointed away from the
@@ -101,9 +103,9 @@ crate::gpu_constants! {
     /// number of its bits limits the number of lights, and of texels of the environment, to 2²⁹; a scene with more emissive
     /// triangles is an error.
     pub const LIGHT_MASK: u32 = 0x1FFF_FFFF;
-    /// The index of the lowest bit of a path's kind in a word of a reservoir of indirect light. The kind tells how the path
-    /// continues from its second vertex, for example directly to a light. The bits below it are the index of the instance at
-    /// the second vertex.
+    /// The index of the lowest bit of a path's kind in a word of a reservoir of indirect light. The kind
+    /// states how the path continues from its second vertex, for example directly to a light. The bits below
+    /// it are the index of the instance at the second vertex.
     pub const PATH_KIND_SHIFT: u32 = 30;
     /// The mask of the low bits of a word of a reservoir of indirect light; they are the index of the instance that contains
     /// the path's second vertex. The same word stores the kind of the path in the bits above, from `PATH_KIND_SHIFT` on.
@@ -111,9 +113,11 @@ crate::gpu_constants! {
     /// Number of the random stream of initial candidates. A random stream is a sequence of random numbers for one purpose.
     /// Streams are independent, so a pass that draws more numbers does not change the numbers of another pass.
     pub const STREAM_INITIAL: u32 = 1;
-    /// Number of the random stream of temporal reuse, which merges a pixel's reservoir with that of the previous frame.
+    /// Number of the random stream of temporal reuse, which merges a pixel's reservoir with that of the
+    /// previous frame. Its random numbers decide which sample the merged reservoir keeps.
     pub const STREAM_TEMPORAL: u32 = 2;
-    /// Number of the random stream of the pilots: the first BSDF ray of each pixel, which direct and indirect light share.
+    /// Number of the random stream of the pilots. A pilot is the first BSDF ray of a pixel, which direct and
+    /// indirect light share; the random numbers select its direction.
     pub const STREAM_PILOTS: u32 = 3;
     /// Number of the random stream with which primary rays decide whether they pass through a partly transparent surface
     /// (alpha mode blend).
@@ -131,17 +135,17 @@ crate::gpu_constants! {
     /// Number of the random stream of the separate candidate that a pixel draws among rare lights. Rare lights are far
     /// dimmer than the others, so a pixel would almost never select them among all lights.
     pub const STREAM_RARE: u32 = 9;
-    /// Number of the random stream of the first spatial pass. Spatial pass n of a frame, counted from 0, has the stream
-    /// `STREAM_SPATIAL + n`.
+    /// Number of the random stream of the first spatial pass, which merges each pixel's reservoir with those
+    /// of random neighbours. Spatial pass n of a frame, counted from 0, has the stream `STREAM_SPATIAL + n`.
     pub const STREAM_SPATIAL: u32 = 16;
     /// The offset between the streams of direct and of indirect light. Passes of indirect light add it to the numbers of the
     /// streams of initial candidates, temporal reuse and spatial reuse, so that their random numbers differ from those of
     /// direct light.
     pub const STREAM_INDIRECT: u32 = 64;
-    /// Number of a random stream of path vertices. With it, each vertex selects a random place in the list of its cell of
-    /// space; vertices of the next frame find its world reservoir there. Merges of world reservoirs use larger numbers:
-    /// `STREAM_WORLD` + 2n at a vertex after n scattering events (n ≥ 1), and one more if the path begins with a mirror
-    /// reflection.
+    /// Number of a random stream of path vertices. Each vertex uses it to select a random position in the
+    /// list of its cell of space; vertices of the next frame find the world reservoir of the vertex there.
+    /// Merges of world reservoirs use larger numbers: `STREAM_WORLD` + 2n at a vertex after n scattering
+    /// events (n ≥ 1), and one more if the path begins with a mirror reflection.
     pub const STREAM_WORLD: u32 = 128;
     /// The width and the height, in pixels, of a block of the picture. In each frame, the surface at one random pixel of
     /// each block fills a slot of the hash grid with a reservoir of direct light, unless another surface takes this slot. A
@@ -150,10 +154,11 @@ crate::gpu_constants! {
     /// The maximum number of reservoirs of the hash grid that a pixel merges. The shader stores their indices in an array of
     /// this length, so the setting `hash_grid.merged` must not be larger.
     pub const MAX_GRID_MERGED: u32 = 16;
-    /// The number of low bits of a list entry that store the index of a path vertex plus 1. Each cell of space has such a
-    /// list, by which vertices of the next frame find its world reservoirs. The higher bits of an entry are random: if two
-    /// vertices are written to the same place of a list, the larger entry stays, so that chance decides between them. A
-    /// frame with 2²⁷ path vertices or more would need more bits, so its settings are an error.
+    /// The number of low bits of a list entry that store the index of a path vertex plus 1. Each cell of
+    /// space has a list of such entries; vertices of the next frame use it to find the world reservoirs of
+    /// the cell. The high bits of an entry are random: if two vertices write to the same position of a list,
+    /// the larger entry remains, so the choice between them is random. A frame with 2²⁷ path vertices or more
+    /// would need more bits, so its settings are an error.
     pub const WORLD_VERTEX_BITS: u32 = 27;
     /// The maximum number of world reservoirs (light samples that path vertices of the previous frame stored) that a path
     /// vertex merges. The shader stores their indices in an array of this length, so the setting `world_reservoirs.merged`
@@ -170,10 +175,11 @@ crate::gpu_constants! {
     /// light, because samples with a low density have large weights. It is low enough that the sum of the squares of
     /// millions of samples is finite in f32.
     pub const MAX_RADIANCE: f32 = 1e15;
-    /// The brightness, in [0, 1] of the display, up to which the tone curve changes nothing. The curve compresses brighter
-    /// values, so that they stay within the range of the display.
+    /// The value of a colour's largest RGB component up to which the tone curve does not change the colour; 1
+    /// is the maximum of the display. The curve compresses larger values, so that they stay at most 1.
     pub const TONE_KNEE: f32 = 0.8;
-    /// The strength with which the tone curve turns very bright colours towards white. 0: colours never turn towards white.
+    /// The strength, at least 0, with which the tone curve mixes colours above `TONE_KNEE` with white. A
+    /// larger value makes bright colours white sooner; with 0, they keep their saturation.
     pub const TONE_DESATURATION: f32 = 0.15;
     /// Index of the counter of values that shaders replaced by 0 because of a fault: radiance that is NaN, negative or above
     /// `MAX_RADIANCE`, and weights of reservoirs that are NaN, negative or infinite. If it is above 0, commands that render
@@ -182,7 +188,8 @@ crate::gpu_constants! {
     /// Index of the counter of shader invocations that did not finish a loop, because some drivers end long loops too early.
     /// If it is above 0, the command ends with an error, because light is missing in the picture.
     pub const COUNTER_CUT_SHORT: u32 = 1;
-    /// Index of the counter of all rays that the pass traced, which profiles show as the work of the pass.
+    /// Index of the counter of all rays that the pass traced. Profiles show their number as a measure of the
+    /// work of the pass.
     pub const COUNTER_RAYS: u32 = 2;
     /// Index of the counter of lanes (invocations of a subgroup) that trace a ray. The counter with the next index counts
     /// all lanes of the same subgroups, also idle ones. Profiles show the ratio of the two: the fraction of lanes in use.
@@ -199,15 +206,16 @@ crate::gpu_constants! {
     /// no slot for their cell, or because another vertex takes their random position in the list of the cell. Profiles show
     /// it, because dropped reservoirs mean more noise, but no bias.
     pub const COUNTER_DROPPED: u32 = 8;
-    /// Index of the counter of the 32-bit words that the pass reads from large buffers; profiles show it in bytes. Counted
-    /// are the buffers with one entry per pixel (primary surfaces, colour, sums of radiance, pilots and reservoirs), light
-    /// lists, reservoirs of the hash grid and world reservoirs. Reads of the scene and of tables are not counted.
+    /// Index of the counter of the 32-bit words that the pass reads from large buffers; profiles show them in
+    /// bytes. The counter includes the buffers with one entry per pixel (primary surfaces, colour, sums of
+    /// radiance, pilots and reservoirs), light lists, reservoirs of the hash grid and world reservoirs. It
+    /// does not include reads of the scene and of tables.
     pub const COUNTER_READ: u32 = 9;
     /// Index of the counter of the 32-bit words that the pass writes to the buffers that [`COUNTER_READ`] names. Profiles
     /// show it in bytes.
     pub const COUNTER_WRITTEN: u32 = 10;
-    /// Index of the counter of rays that hit a surface, among all rays that the pass traced. Profiles show it as a fraction
-    /// of these rays.
+    /// Index of the counter of rays that hit a surface, among all rays that the pass traced. Profiles show
+    /// the fraction of rays that hit a surface.
     pub const COUNTER_HITS: u32 = 11;
     /// Index of the counter of path vertices that stored a world reservoir in this frame. A world reservoir is a light
     /// sample of a path vertex, which vertices in the same cell of space merge in the next frame.

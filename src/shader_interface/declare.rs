@@ -11,9 +11,11 @@ use std::fmt::Write;
 /// A Rust type that a shared structure can contain, because GLSL has a type with the same size and the same alignment under
 /// the scalar block layout.
 pub trait GlslType: bytemuck::Pod {
-    /// The name of the GLSL type, such as `vec3`; for an array, the type of its elements.
+    /// The name of the GLSL type with which GLSL text declares a member of this type, such as `vec3`; for an
+    /// array, the type of its elements.
     const GLSL: &'static str;
-    /// The number of elements if the type is an array, otherwise 0.
+    /// The number of elements if the type is an array, otherwise 0. GLSL text declares an array of this
+    /// length.
     const LENGTH: usize = 0;
 }
 
@@ -39,13 +41,16 @@ where
 /// check that each member has the same offset in Rust and in the compiled shaders (SPIR-V).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// The name of the member in Rust and GLSL.
+    /// The name of the member in Rust and GLSL. Tests find the member in compiled shaders by this name.
     pub name: &'static str,
-    /// The GLSL type of the member, such as `vec3`; for an array, the type of its elements.
+    /// The name of the GLSL type with which GLSL text declares the member, such as `vec3`; for an array, the
+    /// type of its elements.
     pub glsl: &'static str,
-    /// The number of elements if the member is an array, otherwise 0.
+    /// The number of elements if the member is an array, otherwise 0. GLSL text declares an array of this
+    /// length.
     pub length: usize,
-    /// The offset of the member from the start of the structure in Rust, in bytes.
+    /// The offset of the member from the start of the structure in Rust, in bytes. It must be equal to the
+    /// offset in compiled shaders.
     pub offset: usize,
 }
 
@@ -53,12 +58,12 @@ pub struct Member {
 /// from it, and tests compare it with the compiled shaders (SPIR-V).
 #[derive(Clone, Copy, Debug)]
 pub struct StructLayout {
-    /// The name of the structure in Rust and GLSL.
+    /// The name of the structure in Rust and GLSL. Tests find the structure in compiled shaders by this name.
     pub name: &'static str,
     /// The size of the structure in bytes. It is also the distance between consecutive elements in an array of the
     /// structure.
     pub size: usize,
-    /// The members of the structure in the order of their declaration.
+    /// The members of the structure in the order of their declaration, which is also their order in memory.
     pub members: &'static [Member],
 }
 
@@ -168,13 +173,13 @@ macro_rules! gpu_enum {
     };
 }
 
-/// A type that the value of a specialisation constant (a constant that is set when the pipeline of a shader is made) can
-/// have. Vulkan receives the value as one 32-bit word.
+/// A Rust type whose values can be values of a specialisation constant, such as `bool`. The program sets the
+/// value in the SPIR-V of a shader, as one 32-bit word, before the driver compiles the shader.
 pub trait SpecialisationValue {
-    /// The name of the GLSL type: `uint` or `bool`.
+    /// The name of the GLSL type with which the generated GLSL text declares the constant: `uint` or `bool`.
     const GLSL: &'static str;
-    /// The value as the 32-bit word that Vulkan expects: a number as it is, a `bool` as 0 or 1, an enumeration as the index
-    /// of its variant.
+    /// The value as the 32-bit word that is set in the SPIR-V of a shader: a number as it is, a `bool` as 0
+    /// or 1, an enumeration as the index of its variant.
     fn word(self) -> u32;
 }
 
@@ -192,17 +197,20 @@ impl SpecialisationValue for bool {
     }
 }
 
-/// A specialisation constant of a shader, with its value, which Vulkan receives when the pipeline of the shader is made.
-/// [`gpu_specialisation!`](crate::gpu_specialisation) makes one for each field of its structure.
+/// A specialisation constant of a shader, with its value. The program sets the value in the SPIR-V of the
+/// shader before the driver compiles it. [`gpu_specialisation!`](crate::gpu_specialisation) makes one such
+/// constant for each field of its structure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SpecialisationConstant {
-    /// The name of the constant in GLSL: the name of its field in capitals.
+    /// The name of the constant in GLSL: the name of its field in capitals, such as `STACK_SIZE`.
     pub name: String,
-    /// The name of the GLSL type of the constant: `uint` or `bool`.
+    /// The name of the GLSL type with which GLSL text declares the constant: `uint` or `bool`.
     pub glsl: &'static str,
-    /// The `constant_id` of the constant in GLSL, which is the index of its field in the structure.
+    /// The `constant_id` of the constant in GLSL, which is the index of its field in the structure, counted
+    /// from 0. It identifies the constant in SPIR-V.
     pub id: u32,
-    /// The value of the constant as a 32-bit word; a `bool` is 0 or 1.
+    /// The value of the constant as a 32-bit word: a number as it is, a `bool` as 0 or 1, an enumeration as
+    /// the index of its variant.
     pub word: u32,
 }
 

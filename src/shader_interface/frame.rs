@@ -8,7 +8,8 @@ crate::gpu_struct! {
     /// A pinhole camera. Shaders compute primary rays from it, and project points to the picture with it, for example to
     /// find where a surface was in the previous frame.
     pub struct GpuCamera {
-        /// Position of the camera relative to the scene's origin, in the device's unit of length.
+        /// Position of the camera relative to the scene's origin, in the device's unit of length. Primary
+        /// rays begin there.
         pub position: Vec3,
         /// The direction in world space that points to the right in the picture. Its length is half the width of the image
         /// plane at distance 1 from the camera.
@@ -16,7 +17,8 @@ crate::gpu_struct! {
         /// The direction in world space that points upwards in the picture. Its length is half the height of the image plane
         /// at distance 1 from the camera.
         pub up: Vec3,
-        /// Unit viewing direction in world space, from the camera to the centre of the picture.
+        /// Unit viewing direction in world space, from the camera to the centre of the picture. The direction
+        /// of a primary ray is the sum of this vector and multiples, in [−1, 1], of `right` and `up`.
         pub forward: Vec3,
     }
 }
@@ -25,11 +27,13 @@ crate::gpu_struct! {
     /// The camera, the size of the picture, the seed, and the limits of paths: the constants that the passes of every
     /// integrator (path tracing and ReSTIR) read.
     pub struct ViewConstants {
-        /// Camera of the current frame.
+        /// Camera of the current frame, from which shaders compute the primary rays.
         pub camera: GpuCamera,
-        /// Width of the picture in pixels.
+        /// Width of the picture in pixels. Shaders convert between the coordinates of a pixel and its index
+        /// with it.
         pub width: u32,
-        /// Height of the picture in pixels.
+        /// Height of the picture in pixels. Shaders compute primary rays with it, and test whether a pixel is
+        /// inside the picture.
         pub height: u32,
         /// Number of CPU threads among which a CPU device splits a dispatch; 1 on a GPU. Each thread gets a contiguous range
         /// of workgroups. Shaders distribute the workgroups of each range over the whole picture, so that no thread gets
@@ -53,7 +57,7 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// Constants of the passes of path tracing, and of the pass that computes the AOVs of the surfaces that the camera sees.
     pub struct FrameConstants {
-        /// Camera, picture size, seed and limits of paths.
+        /// Camera, picture size, seed and limits of paths, which the passes of every integrator need.
         pub view: ViewConstants,
         /// Index of the first sample of each pixel that this dispatch adds, counted from the start of the run. It selects
         /// the random numbers of the sample.
@@ -79,7 +83,8 @@ crate::gpu_struct! {
         /// 1: a candidate that is drawn among all lights selects each light with the same probability; 0: in proportion to
         /// the light's power.
         pub uniform_candidates: u32,
-        /// Number of light samples: per pixel and frame for direct light, per path vertex for indirect light.
+        /// Number of light samples, which are candidates for resampling: per pixel and frame for direct
+        /// light, per path vertex for indirect light. More samples mean less noise and more time.
         pub light_samples: u32,
         /// A probability, in [0, 1], for rare lights, which are far dimmer than the others. For direct light, each pixel
         /// draws a separate candidate among rare lights, and a shadow ray tests it with at least this probability. For
@@ -241,7 +246,8 @@ crate::gpu_struct! {
     /// Constants of the passes of resampling (ReSTIR). The program writes them for every frame, separately for direct and
     /// for indirect light.
     pub struct RestirConstants {
-        /// Camera of the current frame, picture size, seed and limits of paths.
+        /// Camera of the current frame, picture size, seed and limits of paths, which the passes of every
+        /// integrator need.
         pub view: ViewConstants,
         /// Camera of the previous frame. Shaders use it to find where a surface was in the previous picture, and to find the
         /// cells of that frame's world reservoirs.
@@ -269,7 +275,8 @@ crate::gpu_struct! {
         /// fraction of this point's distance from the camera. Paths with a closer second vertex are not shared, because they
         /// cause outliers in corners. 0: no limit.
         pub min_distance: f32,
-        /// Number of BSDF rays that each pixel traces per frame as candidates of direct light.
+        /// Number of BSDF rays that each pixel traces per frame as candidates of direct light. Their hits
+        /// find lights that light samples rarely reach, for example in glossy reflections.
         pub bsdf_samples: u32,
         /// Maximum number of BSDF rays that a pixel traces per frame in addition to `bsdf_samples`. A pixel gets more of
         /// them if the lobes of its BSDF are narrow, or if the pilots (first BSDF rays) of pixels near it found bright
@@ -323,9 +330,10 @@ crate::gpu_struct! {
     /// other. The buffers of the pass contain the pixels of one strip only, so that they stay within the limits of the
     /// device.
     pub struct Strip {
-        /// Index of the first row of the picture that the dispatch works on, counted from the top of the picture.
+        /// Index of the first row of the picture that the dispatch works on, counted from the top of the
+        /// picture. The buffers of the pass begin with this row.
         pub first_row: u32,
-        /// Number of rows of the picture that the dispatch works on.
+        /// Number of rows of the picture that the dispatch works on. Invocations below these rows do nothing.
         pub rows: u32,
     }
 }

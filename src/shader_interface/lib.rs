@@ -40,9 +40,9 @@ pub use variants::{Fetch, GeometryAccess, Textures, Tracer, Variant};
 
 use declare::{GpuStruct, StructLayout};
 
-/// The layout of every structure that Rust and the shaders share. The GLSL text of the structures is generated from it, and
-/// tests compare it with the compiled shaders. The GLSL text declares the structures in this order, in which each structure
-/// comes after all structures that it contains.
+/// The layouts of all structures that Rust and the shaders share, in the order of the generated GLSL text:
+/// each structure comes after all structures that it contains. The GLSL text is generated from these layouts,
+/// and tests compare them with the compiled shaders.
 pub const STRUCTS: &[StructLayout] = &[
     SceneTable::LAYOUT,
     GpuInstance::LAYOUT,

@@ -38,12 +38,14 @@ crate::gpu_struct! {
     /// of the frame and the next frame compute the shading point from it.
     pub struct SampleData {
         /// Distance from the camera to the surface along the primary ray, in the device's unit of length.
+        /// Shaders compute the position of the surface from it.
         pub depth: f32,
         /// Geometric and shading normal in world space, each as two octahedral coordinates of 22 bits. The remaining 8 bits
         /// are the exponent of the distance from the surface at which new rays begin, so that they do not hit the surface
         /// itself.
         pub packed_normals: UVec3,
-        /// Index of the surface's material in the buffer `materials`.
+        /// Index of the surface's material in the buffer `materials`, from which shaders read the BSDF of the
+        /// surface.
         pub material: u32,
         /// Index in the scene of the instance to which the surface belongs; NONE = the pixel shows no surface.
         pub instance: u32,
@@ -97,7 +99,8 @@ crate::gpu_struct! {
         /// Distance from the camera to the surface along the ray; 0 = miss. It is in scene units in the result of
         /// `Renderer::primary_surfaces`, and in the device's unit of length in the buffer.
         pub depth: f32,
-        /// Index in the scene of the instance that the camera sees in the pixel; NONE = miss.
+        /// Index in the scene of the instance that the camera sees in the pixel, for the AOV `instance`; NONE
+        /// = miss.
         pub instance: u32,
         /// Motion vector in pixels, to the right and down: the position of the surface point in the previous picture minus
         /// that in the current picture. With it, a denoiser finds the same point in the previous picture. A miss is treated

@@ -12,8 +12,9 @@ crate::gpu_struct! {
         /// translation. Stored positions are those in the buffer `positions`; a mesh of extreme size is stored scaled, and a
         /// mesh far from its own origin is stored translated, so that f32 is precise enough.
         pub object_to_world: [Vec3; 4],
-        /// Columns of the 3×4 matrix that transforms positions in world space to the space of the mesh's stored positions
-        /// (those in the buffer `positions`): three axes, then the translation.
+        /// Columns of the 3×4 matrix that transforms positions in world space to the space of the mesh's
+        /// stored positions (those in the buffer `positions`): three axes, then the translation. The compute
+        /// tracer transforms rays with it, and shaders transform normals to world space with its transpose.
         pub world_to_object: [Vec3; 4],
         /// Index of the mesh's first triangle in the buffer `positions`, counted in triangles; the mesh's other triangles
         /// follow.
@@ -21,9 +22,10 @@ crate::gpu_struct! {
         /// Index of the normals of the mesh's first triangle in the buffer `corner_directions`, counted in triangles. NONE
         /// for a mesh without corner normals, which is shaded flat.
         pub first_normal: u32,
-        /// Index of the mesh's first triangle in the buffer `triangle_parts`, counted in triangles. There shaders find
-        /// material, light and instance of each triangle. NONE if the mesh has only one material, none of its triangles
-        /// emits light, and it was not merged from several meshes; `material` is then sufficient.
+        /// Index of the mesh's first triangle in the buffer `triangle_parts`, counted in triangles. Shaders
+        /// find the material, light and instance of each triangle there. NONE if the mesh has only one
+        /// material, none of its triangles emits light, and it was not merged from several meshes; `material`
+        /// is then sufficient.
         pub first_part: u32,
         /// Index, in the buffer `nodes`, of the root of the tree over the mesh's triangles. The compute tracer traverses
         /// this tree; 0 if the driver builds the trees (ray query).
@@ -94,9 +96,9 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// A texture: one use of an image by a material. It contains where the texels of the image are, and how texture
-    /// coordinates are converted to positions in the image. Shaders read the value of the image at a point of a surface with
-    /// it.
+    /// A texture: one use of an image by a material. It states where the texels of the image are stored, and
+    /// how texture coordinates are converted to positions in the image. Shaders need it to read the image at
+    /// a point of a surface.
     pub struct GpuTexture {
         /// First column of the 2×2 matrix that transforms texture coordinates of the mesh to coordinates of the image, in
         /// which the image covers [0, 1] along both axes.
@@ -109,16 +111,17 @@ crate::gpu_struct! {
         /// Index of the image's first texel in the buffer `texels`. If shaders sample an array of Vulkan images instead of
         /// reading this buffer (`Textures::Images`), it is the index of the image in that array.
         pub index: u32,
-        /// Width of the image in texels.
+        /// Width of the image in texels. Shaders multiply coordinates of the image by it to find texels.
         pub width: u32,
-        /// Height of the image in texels.
+        /// Height of the image in texels. Shaders multiply coordinates of the image by it to find texels.
         pub height: u32,
         /// The set of texture coordinates of the mesh that the texture uses: 0 for the first one, 1 for the second one.
         pub set: u32,
-        /// How the image continues beyond its edges: the wrap mode (WRAP_…) along u, plus 4 times the wrap mode along v.
+        /// Wrap mode (WRAP_…) along u, plus 4 times the wrap mode along v. Wrap modes select the texel that
+        /// shaders read if a coordinate of the image is outside of [0, 1].
         pub wrap: u32,
-        /// 1: a lookup returns the texel that contains the point; 0: it interpolates between the four texels around the
-        /// point.
+        /// Filter of the texture. 1: a lookup returns the texel that contains the point; 0: it interpolates
+        /// between the four texels around the point.
         pub nearest: u32,
     }
 }
@@ -126,8 +129,9 @@ crate::gpu_struct! {
 crate::gpu_struct! {
     /// An emissive triangle in world space. Shaders read it when they draw a point on it, and when a ray hits it.
     pub struct GpuLight {
-        /// Position of the emissive triangle's first corner in world space, relative to the scene's origin, in the device's
-        /// unit of length.
+        /// Position of the emissive triangle's first corner in world space, relative to the scene's origin,
+        /// in the device's unit of length. Points on the triangle are `corner` + u · `edge1` + v · `edge2`,
+        /// where u and v are barycentric weights.
         pub corner: Vec3,
         /// Vector in world space from the emissive triangle's first corner to its second one, in the device's unit of
         /// length. Shaders compute points on the triangle with it.
@@ -135,8 +139,9 @@ crate::gpu_struct! {
         /// Vector in world space from the emissive triangle's first corner to its third one, in the device's unit of length.
         /// Shaders compute points on the triangle with it.
         pub edge2: Vec3,
-        /// Unit normal of the emissive triangle in world space, on the side that emits. If the triangle emits to both sides,
-        /// it is the normal of one of the sides.
+        /// Unit normal of the emissive triangle in world space, on the side that emits. If the triangle emits
+        /// to both sides, it is the normal of one of the sides. Shaders compute the cosine at the light with
+        /// it.
         pub normal: Vec3,
         /// Emitted radiance, RGB, in the device's unit of radiance. If the light has a texture (`GpuLightTexture`), the
         /// texture multiplies it.
@@ -146,7 +151,8 @@ crate::gpu_struct! {
         pub area: f32,
         /// 1: the triangle emits to both sides; 0: it emits only to the side of `normal`.
         pub double_sided: u32,
-        /// Index in the buffer `instances` of the instance to which the triangle belongs.
+        /// Index in the buffer `instances` of the instance to which the triangle belongs. Shaders need it to
+        /// look up alpha if the material has holes.
         pub instance: u32,
         /// Index of the triangle among the triangles of its instance's mesh, if its material has the alpha mode ALPHA_MASK;
         /// otherwise NONE. Shaders need it to look up alpha, because holes in the triangle emit no light.
@@ -163,7 +169,8 @@ crate::gpu_struct! {
         /// Position of a point or spot light, relative to the scene's origin, in the device's unit of length. Without
         /// meaning for a directional light.
         pub position: Vec3,
-        /// Kind of the light: LIGHT_POINT, LIGHT_SPOT or LIGHT_DIRECTIONAL.
+        /// Kind of the light: LIGHT_POINT, LIGHT_SPOT or LIGHT_DIRECTIONAL. It decides which of the other
+        /// fields have a meaning.
         pub kind: u32,
         /// Unit direction in world space in which light travels. For a spot light it is the direction of the axis; for a
         /// directional light, light travels in this direction at every point. Without meaning for a point light.
@@ -213,7 +220,8 @@ crate::gpu_struct! {
     /// The texture of the emission of one emissive triangle, from which shaders compute the radiance at a point of the
     /// triangle. It has the same index in its buffer as the triangle in the buffer `lights`.
     pub struct GpuLightTexture {
-        /// Texture coordinates of the first corner of the emissive triangle.
+        /// Texture coordinates (u, v) of the first corner of the emissive triangle. Shaders interpolate the
+        /// texture coordinates of a point on the triangle from this field, `edge1` and `edge2`.
         pub uv: Vec2,
         /// Texture coordinates of the emissive triangle's second corner minus those of its first corner.
         pub edge1: Vec2,
@@ -251,7 +259,8 @@ crate::gpu_struct! {
         /// Index of the node after this node's last descendant. A walk through the light BVH continues there if it skips the
         /// descendants of this node. For a leaf it is the index of the next node.
         pub next: u32,
-        /// Largest coordinates, in world space, of the box whose smallest coordinates are `low`.
+        /// Largest coordinates, in world space and in the device's unit of length, of the enlarged box whose
+        /// smallest coordinates are `low`.
         pub high: Vec3,
         /// Index of the node's first light in the list of the lights of the BVH, which is in the order of the leaves
         /// (`light` and `before` of `GpuLightEntry`). Shaders draw one of the node's lights from this list.
@@ -285,9 +294,10 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
-    /// One element of two arrays of the light BVH that are stored together, with the same index. The first array (`light`,
-    /// `before`) contains the lights of the BVH in the order of the BVH's leaves. The second array (`leaf`, `index`)
-    /// contains, for each light of the scene, where in the BVH it is.
+    /// One entry of the light BVH. It holds one element each of two independent arrays. The first array
+    /// (`light`, `before`) lists the lights of the BVH in the order of its leaves; shaders draw a light from
+    /// it. The second array (`leaf`, `index`) has one element per light of the scene; shaders compute with it
+    /// the probability that a given light is drawn.
     pub struct GpuLightEntry {
         /// Index, among the scene's lights of all kinds, of a light in the light BVH; a draw that selects this element
         /// returns it. The field belongs to the first array, which has one element per light in the BVH, in the order of the
@@ -302,8 +312,10 @@ crate::gpu_struct! {
         /// probability is 0. The field belongs to the second array, which has one element per light of the scene, in the
         /// order of the lights.
         pub leaf: u32,
-        /// Index in the first array of the light to which `leaf` belongs; its `before` states which integers select the
-        /// light. This field belongs to the second array, like `leaf`. Without meaning for a light outside of the BVH.
+        /// Index in the first array of the light to which `leaf` belongs. With the `before` of this element
+        /// and of the next one, shaders compute how often the light is drawn among the lights of its leaf.
+        /// This field belongs to the second array, like `leaf`. Without meaning for a light outside of the
+        /// BVH.
         pub index: u32,
     }
 }

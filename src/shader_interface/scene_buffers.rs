@@ -60,11 +60,13 @@ macro_rules! scene_buffers {
             /// triangle, one for each corner. An entry has red, green, blue and alpha, 16 bits each, which represent the
             /// range [0, 1].
             colors: [[UVec2; 3]] as Plain("uvec2"); |c| c.color_triangles;
-            /// Tells shaders what a triangle that was hit belongs to. There is one entry per triangle, but only for meshes
-            /// that have several parts (runs of triangles with one material), emit light, or are merged from several meshes.
-            /// An entry has the index of the triangle's material, the triangle's rank among the emissive triangles of the
-            /// mesh (NONE if it emits no light), and an offset. `GpuInstance::id` plus the offset is the index of the
-            /// triangle's instance before meshes were merged, which selects an entry of `previous_transforms`.
+            /// The material, the light and the instance of each triangle that a ray can hit. There is one
+            /// entry per triangle, but only for meshes that have several parts (runs of triangles with one
+            /// material), emit light, or are merged from several meshes. An entry has the index of the
+            /// triangle's material, the triangle's rank among the emissive triangles of the mesh (NONE if it
+            /// emits no light), and an offset. `GpuInstance::id` plus the offset is the index of the
+            /// triangle's instance before meshes were merged, which selects an entry of
+            /// `previous_transforms`.
             triangle_parts: [UVec3] as Plain("uvec3"); |c| c.part_triangles;
             /// For each leaf of the tree over the instances, which the compute tracer traverses, the index in the buffer
             /// `instances` of the instance that a ray enters at this leaf. The leaves of the current frame's tree come

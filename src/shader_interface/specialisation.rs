@@ -106,9 +106,9 @@ crate::gpu_specialisation! {
         /// against it even where they are hidden. For indirect light, a fraction of the path vertices, selected at random,
         /// sample rare lights only. All other light samples leave rare lights out.
         pub rare_lights: bool = false,
-        /// True if some of the light samples at a shading point are drawn from the light BVH. This is a tree over lights,
-        /// from which a light is drawn more often the more light it is expected to contribute at that point. The other
-        /// samples are drawn from an alias table for the whole scene.
+        /// True if some of the light samples at a shading point are drawn from the light BVH, a tree over
+        /// lights. A light is drawn from the tree more often if it is expected to contribute more light at
+        /// that point. The other samples are drawn from an alias table for the whole scene.
         pub light_bvh: bool = false,
         /// True if pixels take those samples of direct light that would be drawn from the light BVH (a tree over lights)
         /// from light lists instead. One pixel of each tile, a square of pixels, draws the tile's list from the tree. Each

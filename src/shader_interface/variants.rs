@@ -52,7 +52,8 @@ pub enum Textures {
 }
 
 impl Tracer {
-    /// The name of the tracer on the command line, in reports and in keys of variants: `ray-query` or `compute-bvh`.
+    /// The name of the tracer on the command line, in reports and in keys of variants ([`Variant::key`]):
+    /// `ray-query` or `compute-bvh`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::RayQuery => "ray-query",
@@ -62,8 +63,8 @@ impl Tracer {
 }
 
 impl GeometryAccess {
-    /// The name of the access on the command line, in reports and in keys of variants: `storage-buffers` or
-    /// `buffer-addresses`.
+    /// The name of the way of access on the command line, in reports and in keys of variants
+    /// ([`Variant::key`]): `storage-buffers` or `buffer-addresses`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::StorageBuffers => "storage-buffers",
@@ -73,7 +74,8 @@ impl GeometryAccess {
 }
 
 impl Fetch {
-    /// The name of the access in reports and in keys of variants ([`Variant::key`]): `texels` or `words`.
+    /// The name of the way of access in reports and in keys of variants ([`Variant::key`]): `texels` or
+    /// `words`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Texels => "texels",
@@ -83,7 +85,8 @@ impl Fetch {
 }
 
 impl Textures {
-    /// The name of the access on the command line, in reports and in keys of variants: `buffer` or `images`.
+    /// The name of the way of access on the command line, in reports and in keys of variants
+    /// ([`Variant::key`]): `buffer` or `images`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Buffer => "buffer",
@@ -92,11 +95,12 @@ impl Textures {
     }
 }
 
-/// One combination of tracer and access to memory, in which all passes are compiled. All passes that render a scene use the
-/// same variant.
+/// One combination of a tracer and ways to access memory. The build script compiles every pass in each
+/// variant; all passes that render a scene use the same variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Variant {
-    /// The method by which shaders trace rays.
+    /// The method by which shaders trace rays: ray queries of the driver, or the traversal of BVHs by compute
+    /// shaders.
     pub tracer: Tracer,
     /// The access to the buffers of the scene and of world reservoirs, which are reservoirs of path vertices: by descriptors
     /// or by address.
@@ -104,7 +108,7 @@ pub struct Variant {
     /// The access to data that shaders read four words at a time, such as nodes and positions: as texels or as words of a
     /// buffer.
     pub fetch: Fetch,
-    /// The access to the texels of textures: in one buffer or in Vulkan images.
+    /// The access to the texels of textures: in one buffer, or in one Vulkan image per image of the scene.
     pub textures: Textures,
 }
 

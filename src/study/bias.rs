@@ -171,7 +171,8 @@ impl Bias {
     }
 }
 
-/// The half-widths of the intervals of differences that have the level `level`, as fractions of `scale`.
+/// For each channel, the half-width of the interval of a difference, for the confidence level `level` such as
+/// 0.95. The differences are divided by `scale` (see [`Reference::scale`]), so the results are fractions.
 fn half_widths(differences: &[Estimate; 3], scale: &[f64; 3], level: f64) -> [f64; 3] {
     [0, 1, 2].map(|c| differences[c].t_interval_half_width(level) / scale[c])
 }

@@ -14,7 +14,7 @@ pub struct BlockBias {
     /// The root mean square, over all blocks, of the bias of a block's mean luminance, as a fraction of the reference's mean
     /// luminance without directly visible emission. It is 0 if noise explains all differences.
     pub relative: f64,
-    /// The lower and then the upper end of the 99 % interval of [`Self::relative`]. Both are at least 0 and, like it,
+    /// The lower and then the upper end of the 99 % interval of [`Self::relative`]. Both are at least 0, and
     /// fractions of the reference's mean luminance.
     pub interval: [f64; 2],
 }

@@ -1,5 +1,5 @@
-//! One configuration on one scene of a study: the keys of its runs, and the row of results that follows from those that are
-//! finished.
+//! One configuration on one scene of a study: makes the keys of its runs, and computes its row of results
+//! from the finished runs and references.
 
 use super::bias::{self, Bias, CONFIRMING_SEEDS, Confirmation};
 use super::block_bias::BlockBias;
@@ -23,35 +23,41 @@ const CONTROL_SEED: u32 = 1 << 20;
 /// they are independent of the first runs.
 const CONFIRMING_SEED: u32 = 1 << 21;
 
-/// One configuration on one scene of a study.
+/// One configuration on one scene of a study. Its functions find the finished runs and references by their
+/// keys, and compute the row of results from them.
 #[derive(Clone, Copy)]
 pub struct Cell<'a> {
     /// The plan of the study, which states the numbers of seeds.
     pub plan: &'a Plan,
-    /// The scene, which can have a number of samples for references of its own.
+    /// The scene in the plan; it can have its own number of samples per pixel for references.
     pub planned: &'a PlannedScene,
-    /// The configuration.
+    /// The configuration, with complete settings.
     pub configuration: &'a Resolved,
-    /// The hashes by which the runs and references of the scene are stored.
+    /// The hashes of everything that the runs and references of the scene depend on. The keys of stored runs
+    /// and references are made from them.
     pub identity: &'a Identity,
 }
 
-/// The controls of a cell: runs of path tracing, with whose blocks of pixels those of the configuration are compared.
+/// The controls of a configuration: path tracing of the same light, which has no bias. The distribution of
+/// the errors of its blocks of pixels is compared with that of the configuration.
 pub struct Controls {
-    /// Path tracing with one sample per pixel. Its noise decides how many samples the other one gets.
+    /// Path tracing with one sample per pixel. From its noise, the number of samples of [`Self::matching`] is
+    /// computed.
     pub single: Resolved,
-    /// Path tracing with about as much noise as the configuration; `None` as long as runs are missing that decide its number
-    /// of samples.
+    /// Path tracing with so many samples per pixel that it has about as much noise as the configuration.
+    /// `None` until all runs are finished from which this number is computed.
     pub matching: Option<Resolved>,
 }
 
 impl<'a> Cell<'a> {
-    /// The division of the scene's references into blocks of samples.
+    /// The division of the samples of the scene's references into blocks: their size and their number, from
+    /// the plan.
     pub fn blocks(&self) -> SampleBlocks {
         self.plan.blocks(self.planned)
     }
 
-    /// The key and the seeds of the runs that repeat the run of seed 0: to find data races, and to count.
+    /// The keys of the two repetitions of the run with seed 0: the first finds data races, and the second
+    /// counts rays. The store has each under its key with seed 0.
     ///
     /// # Errors
     /// The settings have no JSON form, which cannot happen with finite numbers.
@@ -60,7 +66,8 @@ impl<'a> Cell<'a> {
         Ok([format!("{key}-repeat"), format!("{key}-counts")])
     }
 
-    /// The key by which the runs of a configuration are stored, either of the cell's own or of a control.
+    /// The key under which the store has the runs of `configuration`, which is that of the cell or a control
+    /// of it.
     ///
     /// # Errors
     /// As for [`Self::repeats`].
@@ -68,7 +75,8 @@ impl<'a> Cell<'a> {
         self.identity.run_key(configuration, self.blocks())
     }
 
-    /// The finished runs of a configuration with seeds in `seeds`, in their order, without damaged ones.
+    /// The finished runs of `configuration` whose seeds are in `seeds`, in the order of their seeds. Damaged
+    /// runs are left out.
     ///
     /// # Errors
     /// As for [`Self::repeats`].
@@ -84,8 +92,8 @@ impl<'a> Cell<'a> {
         Ok(runs)
     }
 
-    /// The references of the cell, from all blocks that are known; `None` as long as those are missing with which runs are
-    /// measured.
+    /// The references with which the frames of the cell's runs are compared, from all blocks of samples that
+    /// have files. `None` until the blocks exist with which the errors of runs are measured.
     ///
     /// # Errors
     /// A file cannot be read, or is not a block of these references.
@@ -95,12 +103,13 @@ impl<'a> Cell<'a> {
         library.references(self.identity, self.configuration, self.blocks(), most)
     }
 
-    /// The seeds of the runs of each control.
+    /// The seeds of the runs of each control: as many as the plan has seeds, and far from the seeds of other
+    /// runs.
     pub fn control_seeds(&self) -> Range<u32> {
         CONTROL_SEED..CONTROL_SEED + self.plan.seeds
     }
 
-    /// The controls of the configuration.
+    /// The controls of the configuration, as far as the finished runs determine them.
     ///
     /// # Errors
     /// As for [`Self::repeats`].
@@ -117,14 +126,16 @@ impl<'a> Cell<'a> {
         Ok(Controls { single, matching })
     }
 
-    /// The seeds of the fresh runs that decide if the first runs, `seeds` in number, raise an alarm.
+    /// The seeds of the fresh runs that decide about a bias if the first runs raise an alarm. `seeds` is the
+    /// number of the first runs; the number of fresh runs is at least as large.
     pub fn confirming_seeds(seeds: usize) -> Range<u32> {
         // Fewer could not see what the first ones saw.
         CONFIRMING_SEED..CONFIRMING_SEED + CONFIRMING_SEEDS.max(seeds as u32)
     }
 
-    /// The row of results, from what is known. [`judge`](super::results::judge) sets its verdict. `all` is the number of
-    /// configurations on the scene; the more there are, the stronger a sign must be to raise an alarm.
+    /// Computes the row of results from the runs and references that are finished.
+    /// [`judge`](super::results::judge) sets its verdict later. `all` is the number of configurations on the
+    /// scene: the more there are, the stronger a sign of bias must be to raise an alarm.
     ///
     /// # Errors
     /// A file of a reference cannot be read.

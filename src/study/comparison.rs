@@ -1,4 +1,4 @@
-//! Compares the configurations of one scene at equal time, and states the answer in words.
+//! Compares the configurations of one scene by their errors at equal time, and states which one to use.
 
 use super::costs::{Cost, Ratio, is_path_tracing};
 use super::plan::Resolved;
@@ -6,43 +6,43 @@ use super::results::{Row, Verdict};
 use crate::page::{Answer, Standing};
 use std::cmp::Ordering;
 
-/// The median over lit pixels, as a fraction of that of path tracing, below which a configuration counts as empty: most of
-/// its pixels are dark, so its error says little.
+/// A configuration counts as empty, and is not advised, if its [`Row::median`] is below this fraction of that
+/// of path tracing: most of its pixels are too dark, so a small error does not mean a good picture.
 const LEAST_MEDIAN: f64 = 0.5;
 
-/// The ratio of path tracing to itself.
+/// The error at equal time of path tracing, relative to itself: exactly 1.
 const ITSELF: Ratio = Ratio {
     value: 1.0,
     interval: [1.0, 1.0],
 };
 
-/// One configuration of a scene, with its results.
+/// One configuration of a scene with its errors, verdict and times, by which the comparison ranks it.
 #[derive(Clone, Copy)]
 pub struct Entry<'a> {
-    /// The configuration.
+    /// The configuration, with complete settings.
     pub configuration: &'a Resolved,
     /// The errors and the verdict of the configuration.
     pub row: &'a Row,
     /// The times of the configuration, and its errors at equal time.
     pub cost: &'a Cost,
-    /// True for the path tracing with which the others are compared.
+    /// True if this is the path tracing with which the other configurations are compared.
     pub is_base: bool,
-    /// True if most lit pixels are dark.
+    /// True if most lit pixels are too dark (see [`LEAST_MEDIAN`]); such a configuration is not advised.
     is_empty: bool,
 }
 
 impl Entry<'_> {
-    /// True if the time and the error of a frame are known.
+    /// True if the time and the error of a frame are known, so that the configuration can be ranked.
     fn is_measured(&self) -> bool {
         self.milliseconds() > 0.0 && self.error().is_finite()
     }
 
-    /// The time of the picture whose error is measured, in milliseconds: that of one frame, or of all if they are added up.
+    /// The time of the measured picture, in milliseconds: that of one frame, or of all accumulated frames.
     pub fn milliseconds(&self) -> f64 {
         self.frames_of_picture() * self.cost.frame_milliseconds()
     }
 
-    /// The number of frames whose mean is the picture.
+    /// The number of frames whose mean is the measured picture; 1 if frames are not accumulated.
     pub fn frames_of_picture(&self) -> f64 {
         match self.configuration.accumulate {
             true => f64::from(self.configuration.frames),
@@ -50,13 +50,13 @@ impl Entry<'_> {
         }
     }
 
-    /// The root of the relMSE of the last frame; NaN if it is not known.
+    /// The error of the measured picture: the root of the relMSE of the last frame, ≥ 0; NaN if not known.
     pub fn error(&self) -> f64 {
         let squared = self.row.relmse.last().copied().unwrap_or(f64::NAN);
         if squared < 0.0 { 0.0 } else { squared.sqrt() }
     }
 
-    /// The 95 % interval of [`Self::error`]; `None` for fewer than two seeds.
+    /// The lower and the upper end of the 95 % interval of [`Self::error`]; `None` for fewer than two seeds.
     pub fn interval(&self) -> Option<[f64; 2]> {
         let squared = *self.row.relmse.last()?;
         let half_width = (*self.row.relmse_half_width.last()?)?;
@@ -66,7 +66,7 @@ impl Entry<'_> {
             .then(|| ends.map(|end| end.max(0.0).sqrt()))
     }
 
-    /// The error at equal time, relative to path tracing.
+    /// The error divided by that of path tracing in the same time; below 1 is better. `None` if not known.
     pub fn at_equal_time(&self) -> Option<Ratio> {
         if self.is_base {
             Some(ITSELF)
@@ -75,7 +75,7 @@ impl Entry<'_> {
         }
     }
 
-    /// True if the configuration can be advised: it is neither certain to be biased, nor mostly dark.
+    /// True if the configuration can be advised: it has no certain bias, and is not mostly too dark.
     fn is_candidate(&self) -> bool {
         self.row.verdict != Verdict::Biased && !self.is_empty
     }
@@ -85,19 +85,19 @@ impl Entry<'_> {
     }
 }
 
-/// The configurations of one scene, the best first.
+/// The configurations of one scene in the order of their rank, and whether the first one is advised.
 pub struct Comparison<'a> {
-    /// The configurations whose time and error are known: first those that can be advised, and in both groups by the error
-    /// at equal time, or by the error of a frame if there is no path tracing to compare with.
+    /// The configurations whose time and error are known: those that can be advised, then the others; both
+    /// sorted by the error at equal time, or by the error of a frame if there is no path tracing.
     pub entries: Vec<Entry<'a>>,
-    /// The names of the configurations whose time or error is not known yet.
+    /// The names of configurations without a known time or error; if there are any, nothing is advised.
     pub unknown: Vec<&'a str>,
-    /// True if the first configuration is advised.
+    /// True if the first configuration is advised: it is certainly better than the other candidates.
     pub is_decided: bool,
 }
 
 impl<'a> Comparison<'a> {
-    /// Compares configurations, each with its row and its cost. `is_whole` is false for a shard, whose results are a part.
+    /// Compares configurations, given with rows and costs. If `is_whole` is false (a shard), none is advised.
     pub fn new(all: &[(&'a Resolved, &'a Row, &'a Cost)], is_whole: bool) -> Self {
         let base = all.iter().position(|(c, ..)| is_path_tracing(c));
         let median = |row: &Row| row.median.last().copied().unwrap_or(1.0);
@@ -122,7 +122,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The result of the comparison for the configuration with the index `index` in [`Self::entries`].
+    /// The result for the configuration with the index `index` in [`Self::entries`], which the page shows.
     pub fn standing(&self, index: usize) -> Standing {
         let entry = &self.entries[index];
         match index {
@@ -133,12 +133,13 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The index of path tracing, with which the others are compared.
+    /// The index of path tracing, the basis of comparison, in [`Self::entries`]; `None` if there is none.
     pub fn yardstick(&self) -> Option<usize> {
         self.entries.iter().position(|entry| entry.is_base)
     }
 
-    /// The answer in words. `size` is the width and the height of the pictures in pixels.
+    /// The answer for the page: which configuration to use, or why none is advised. `size` is the width and
+    /// the height of the pictures, in pixels.
     pub fn answer(&self, size: (u32, u32)) -> Answer {
         let mut sentence = self.sentence(size);
         let biased = self.entries.iter();
@@ -237,7 +238,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The conditions of the numbers, and the rule of the answer.
+    /// The rule of the answer, and the conditions of its numbers, as sentences for the page.
     fn details(&self, (width, height): (u32, u32)) -> String {
         let mut text = "A configuration is advised if the 95 % interval of its error at equal time lies below those of all others that are neither biased nor too dark.".to_owned();
         let Some(best) = self.entries.first() else {
@@ -264,7 +265,7 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// The order of two configurations, the better one first.
+/// Compares two configurations by rank: `Less` if `a` is better, mainly by its error at equal time.
 fn order(a: &Entry<'_>, b: &Entry<'_>) -> Ordering {
     let groups = b.is_candidate().cmp(&a.is_candidate());
     let by_error = a.error().total_cmp(&b.error());
@@ -276,8 +277,8 @@ fn order(a: &Entry<'_>, b: &Entry<'_>) -> Ordering {
     })
 }
 
-/// True if the first configuration has certainly less error at equal time than all others that can be advised. Intervals of
-/// two configurations both contain the noise of path tracing, so the rule is cautious.
+/// True if the first configuration certainly has less error at equal time than all others that can be
+/// advised. The rule is cautious, because the intervals of both contain the noise of path tracing.
 fn is_decided(entries: &[Entry<'_>]) -> bool {
     let candidates: Vec<_> = (entries.iter())
         .filter(|entry| entry.is_candidate())
@@ -290,7 +291,7 @@ fn is_decided(entries: &[Entry<'_>]) -> bool {
     entries.iter().any(|entry| entry.is_base) && !others.is_empty() && others.iter().all(is_above)
 }
 
-/// A sentence about the bias of the advised configuration.
+/// A sentence about the bias of the advised configuration for the answer; empty if little is known.
 fn bias(best: &Entry<'_>) -> String {
     match (best.row.verdict, best.row.detectable_bias) {
         (Verdict::Unbiased, Some(bias)) => format!(
@@ -305,17 +306,17 @@ fn bias(best: &Entry<'_>) -> String {
     }
 }
 
-/// A name between backticks, which pages show as code.
+/// Writes a name between backticks, which pages show as code; backticks in it become apostrophes.
 fn quoted(name: &str) -> String {
     format!("`{}`", name.replace('`', "'"))
 }
 
-/// A ratio with its interval, as text.
+/// Formats a ratio and its interval with two decimals, such as `0.40 (0.30–0.49)`.
 pub fn range(Ratio { value, interval }: Ratio) -> String {
     format!("{value:.2} ({:.2}–{:.2})", interval[0], interval[1])
 }
 
-/// The error of a configuration with half of its interval, as text.
+/// Formats an error in percent with half of its interval, such as `20.0 % ± 2.0 %` or `about 20.0 %`.
 pub fn percent(entry: &Entry<'_>) -> String {
     let error = 100.0 * entry.error();
     entry
@@ -345,7 +346,8 @@ mod tests {
     use crate::study::results::Findings;
     use crate::study::run::Run;
 
-    /// A configuration whose relMSE is `relmse` in each of two runs, with its row and with a ratio at equal time.
+    /// Test data: a configuration whose two runs have the relMSE `relmse`, with its row and its costs.
+    /// `ratio` is its error at equal time: the value and the ends of its interval.
     fn results(
         name: &str,
         relmse: [f64; 2],

@@ -1,5 +1,6 @@
-//! The costs of the configurations of a study, and their errors in relation to their costs. All of this depends on the clock,
-//! so it is separate from the results, which are the same on every run.
+//! The times of the configurations of a study, and their errors at equal time. They differ from run to run
+//! with the speed of the machine, so they are kept apart from the results, which are the same in every
+//! repetition.
 
 use super::plan::Resolved;
 use super::run::{Milliseconds, Run, frame_times};
@@ -7,14 +8,14 @@ use crate::metrics::statistics::Estimate;
 use crate::render::settings::Integrator;
 use serde::Serialize;
 
-/// The costs of one configuration on one scene.
+/// The times of one configuration on one scene, and its errors compared with path tracing in the same time.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cost {
-    /// The name of the scene in the plan.
+    /// The name of the scene in the plan, which tables show.
     pub scene: String,
-    /// The name of the configuration in the plan.
+    /// The name of the configuration in the plan, which tables show.
     pub configuration: String,
-    /// The number of runs whose times are known.
+    /// The number of runs from which the times were computed, one run for each seed.
     pub seeds: usize,
     /// The time of each pass in one frame, in milliseconds: the median over the frames of all runs. Frame 0 is left out if a
     /// run has more frames, because it has no history. The first execution of each pass is left out too, because it may
@@ -23,27 +24,32 @@ pub struct Cost {
     /// The time of each pass when it was executed for the first time, in milliseconds; some drivers compile the pass then.
     /// The times are taken from the first run that has such times; the list is empty if no run has them.
     pub first_runs: Milliseconds,
-    /// The time of a frame, divided by that of a frame of path tracing. Null for path tracing itself, if the plan has none on the
-    /// scene, or if fewer than two seeds are known. Runs with the same seed are compared, because they took turns.
+    /// The time of a frame, divided by the time of a frame of path tracing: the mean over the runs with the
+    /// same seed, because these were rendered in turns under the same conditions. Null for path tracing
+    /// itself, if the scene has no path tracing in the plan, or for fewer than two common seeds.
     pub time_ratio: Option<Ratio>,
-    /// The root of the relMSE of the last frame, divided by that of path tracing which had the same time. Path tracing adds up
-    /// all frames that fit into this time; a configuration that does not accumulate has the time of one frame.
+    /// The root of the relMSE of the last frame, divided by the error of path tracing in the same time; below
+    /// 1, the configuration is better. The time is that of one frame, or of all frames if the configuration
+    /// accumulates; path tracing averages all frames that fit into it. Null if [`Self::time_ratio`] is null,
+    /// or if an error is 0.
     pub error_at_equal_time: Option<Ratio>,
-    /// The clamped RMSE of the last frame, divided by that of path tracing which had the same time.
+    /// The clamped RMSE of the last frame, divided by that of path tracing in the same time, like
+    /// [`Self::error_at_equal_time`].
     pub clamped_error_at_equal_time: Option<Ratio>,
 }
 
-/// A ratio with its 95 % interval.
+/// A ratio of two measured quantities, such as times or errors, with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ratio {
-    /// The estimated ratio.
+    /// The estimated ratio; below 1, the configuration has the smaller quantity.
     pub value: f64,
-    /// The lower and the upper end of the interval.
+    /// The lower and the upper end of the 95 % interval of [`Self::value`].
     pub interval: [f64; 2],
 }
 
 impl Ratio {
-    /// The ratio whose logarithm has the estimate `log`. `None` if it is not known from two samples or more, or not finite.
+    /// The ratio whose natural logarithm is estimated by `log`. `None` if the estimate is from fewer than two
+    /// samples or not finite.
     fn of(log: Estimate) -> Option<Self> {
         let half_width = log.t_interval_half_width(0.95);
         (log.mean.is_finite() && half_width.is_finite()).then(|| Self {
@@ -54,8 +60,8 @@ impl Ratio {
 }
 
 impl Cost {
-    /// Computes the costs of one configuration from its runs. `base` is path tracing on the same scene with its runs, with
-    /// which the configuration is compared.
+    /// Computes the costs of one configuration from its runs. `base` is path tracing on the same scene with
+    /// its runs, with which the configuration is compared; with `None`, there are no ratios.
     pub fn of(
         scene: &str,
         (configuration, runs): (&Resolved, &[&Run]),
@@ -91,18 +97,20 @@ impl Cost {
         }
     }
 
-    /// The time of a frame in milliseconds: the sum over its passes.
+    /// The time of a frame on the device, in milliseconds: the sum over its passes.
     pub fn frame_milliseconds(&self) -> f64 {
         self.milliseconds.iter().map(|(_, ms)| ms).sum()
     }
 }
 
-/// True if the configuration is path tracing, with which others are compared.
+/// True if the configuration is path tracing. The first such configuration on a scene is the one that the
+/// others are compared with.
 pub fn is_path_tracing(configuration: &Resolved) -> bool {
     configuration.settings.integrator == Integrator::PathTracing
 }
 
-/// The logarithm of the time of a frame of `runs`, divided by that of `base`: the mean over the seeds that both have.
+/// The natural logarithm of the ratio of frame times, `runs` to `base`: the mean and the standard error over
+/// the seeds that both have.
 fn log_time_ratio(runs: &[&Run], base: &[&Run]) -> Estimate {
     // Frames in which a pass ran for the first time lack it, so the medians are those of passes.
     let frame = |run: &Run| -> f64 { frame_times(&[run]).iter().map(|(_, ms)| ms).sum() };
@@ -115,8 +123,9 @@ fn log_time_ratio(runs: &[&Run], base: &[&Run]) -> Estimate {
     Estimate::of(&pairs.collect::<Vec<f64>>())
 }
 
-/// The logarithm of the squared error that a configuration has in the time of one frame. The error of a mean of frames that
-/// are independent is that of one frame, divided by their number.
+/// The natural logarithm of the squared error of a single frame, with its standard error over the runs;
+/// `squared` selects the relMSE or the clamped MSE. If n frames are accumulated, it is n times the squared
+/// error of their mean, because the errors of independent frames average out.
 fn log_squared_error(
     configuration: &Resolved,
     runs: &[&Run],
@@ -157,7 +166,8 @@ mod tests {
         }
     }
 
-    /// Four runs with a relMSE of `relmse` in each frame, times of `ms` around which single runs scatter, and a slow frame 0.
+    /// Four runs of four frames for tests. The relMSE of the frames is about `relmse`, and their time about
+    /// `ms` milliseconds; frame 0 is slower.
     fn runs(relmse: [f64; 4], ms: f64) -> Vec<Run> {
         (0..4)
             .map(|seed| {

@@ -1,4 +1,5 @@
-//! Exhibits: pictures and further numbers of one configuration on one scene, for a page.
+//! Exhibits: pictures and further numbers of one configuration on one scene, which the page of the scene
+//! shows.
 
 use super::comparison::Entry;
 use super::pictures::LastFrames;
@@ -8,8 +9,9 @@ use crate::metrics::spectrum::Spectrum;
 use crate::page::{Exhibit, FrameMap};
 use crate::scene::lights::luminance;
 
-/// Makes the exhibit of a configuration from the last frames of one of its runs. `reference` is that of the last frame.
-/// `is_steady` is true if all frames show the same time, so that successive frames differ by noise alone.
+/// Makes the exhibit of a configuration from the last frames of one of its runs, of `size` (width, height)
+/// pixels. `reference` is the reference of the last frame. `is_steady` is true if all frames show the same
+/// time, so that successive frames differ only by noise, and flicker can be measured.
 pub fn exhibit(
     entry: &Entry<'_>,
     frames: LastFrames,
@@ -42,7 +44,8 @@ pub fn exhibit(
     }
 }
 
-/// The flicker between two successive frames.
+/// The flicker between two successive frames: per pixel, the root of the squared relative difference, and
+/// over the picture its root mean square.
 fn flicker(last: &[[f32; 3]], before: &[[f32; 3]], reference: &Reference) -> FrameMap {
     let changes = relative_squares(last, before, &reference.halves);
     let sum: f64 = changes.iter().copied().map(f64::from).sum();

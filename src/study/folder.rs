@@ -108,32 +108,36 @@ fn take_away_empty(folder: &Path, made: &[PathBuf]) {
     }
 }
 
-/// The path of the file that describes the study of a folder.
+/// The path of `study.json` in `folder`: the file that describes the study
+/// ([`Manifest`](super::manifest::Manifest)).
 pub fn manifest(folder: &Path) -> PathBuf {
     folder.join("study.json")
 }
 
-/// The path of the file of finished runs of a folder.
+/// The path of `runs.jsonl` in `folder`: the file of finished runs, with one line for each run.
 pub fn runs(folder: &Path) -> PathBuf {
     folder.join("runs.jsonl")
 }
 
-/// The path of the subfolder with the references of a folder.
+/// The path of the subfolder `references` of `folder`, which has one EXR file for each block of samples of a
+/// reference.
 pub fn references(folder: &Path) -> PathBuf {
     folder.join("references")
 }
 
-/// The path of the subfolder with the pictures of runs of a folder.
+/// The path of the subfolder `pictures` of `folder`, which has the last frames of one run of each
+/// configuration.
 pub fn pictures(folder: &Path) -> PathBuf {
     folder.join("pictures")
 }
 
-/// The path of the subfolder with the pages of a folder.
+/// The path of the subfolder `pages` of `folder`, which has one HTML page for each scene.
 pub fn pages(folder: &Path) -> PathBuf {
     folder.join("pages")
 }
 
-/// The subfolders that a study creates.
+/// The paths of the subfolders that a study creates in `folder`. They are removed at the end if they are
+/// empty.
 fn subfolders(folder: &Path) -> [PathBuf; 3] {
     [references(folder), pictures(folder), pages(folder)]
 }

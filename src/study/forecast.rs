@@ -23,11 +23,12 @@ pub enum Effort {
 /// A part of the work of a study whose steps take about the same time, so that the steps that are done predict the others.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Task {
-    /// The name of the scene in the plan.
+    /// The name of the scene in the plan on which the work is done.
     pub scene: String,
-    /// The kind of the work.
+    /// The kind of the work, which decides whether a step is a sample per pixel or a frame.
     pub effort: Effort,
-    /// The name of the configuration; empty for references.
+    /// The name of the configuration that is rendered; empty for references, which several configurations
+    /// share.
     pub configuration: String,
 }
 
@@ -41,7 +42,8 @@ pub struct Forecast {
 #[derive(Debug, Default)]
 struct Stage {
     to_come: u64,
-    /// The steps of the first report, whose time can contain the compilation of shaders, and then all later ones.
+    /// The steps of the first report and the steps of all later reports. They are kept apart, because the
+    /// time of the first ones can contain the compilation of shaders.
     done: [Done; 2],
 }
 

@@ -8,23 +8,28 @@ use crate::base::short_hash::short;
 use crate::render::Settings;
 use serde::{Deserialize, Serialize};
 
-/// The inputs of all runs and references of one scene, besides the settings of a configuration. A study stores it in its
-/// folder ([`Manifest`](super::manifest::Manifest)).
+/// Everything that all runs and references of one scene depend on, besides the settings of a configuration,
+/// as hashes. A study stores it in its folder ([`Manifest`](super::manifest::Manifest)), and makes the keys
+/// of runs and references from it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
-    /// The name of the scene in the plan.
+    /// The name of the scene in the plan, by which the identity is found.
     pub scene: String,
-    /// The width and the height of the pictures, in pixels.
+    /// The width and the height of the pictures, in pixels; all runs and references of the scene have this
+    /// size.
     pub size: (u32, u32),
     /// True if the scene has motion. If also the plan has `fps`, each frame shows its own time and is compared with its own
     /// reference; otherwise one reference serves all frames.
     pub moves: bool,
-    /// A hash of the content of the scene, the view, the variant of the shaders, the device, its driver, and the commit of
-    /// the program.
+    /// A hash, as 16 hexadecimal digits, of the content of the scene, the view, the variant of the shaders,
+    /// the device, its driver, and the commit of the program. Runs and references are rendered again if it
+    /// changes.
     pub inputs: String,
-    /// The hash of all shaders.
+    /// A hash, as 16 hexadecimal digits, of the sources of all shaders. Runs are rendered again if it
+    /// changes.
     pub shaders: String,
-    /// The hash of the shaders of path tracing, which make references.
+    /// A hash, as 16 hexadecimal digits, of the sources of the path tracing shaders. References are rendered
+    /// again if it changes.
     pub path_tracing: String,
 }
 
@@ -60,8 +65,9 @@ impl Identity {
         Ok(self.hash(&self.shaders, &more))
     }
 
-    /// A hash, as 16 hexadecimal digits, of everything that the blocks of a reference depend on. `settings` are those of path
-    /// tracing, and `time` is the time in the scene, in seconds.
+    /// A hash, as 16 hexadecimal digits, of everything that one reference depends on; the files of its blocks
+    /// are named by this key. `settings` are those of path tracing, and `time` is the time in the scene that
+    /// the reference shows, in seconds.
     ///
     /// # Errors
     /// As for [`Self::run_key`].
@@ -81,8 +87,8 @@ impl Identity {
         Ok(self.hash(&self.path_tracing, &more))
     }
 
-    /// The times in the scene, in seconds, that references of a configuration must show: one for each frame if the frames
-    /// show different times, otherwise one.
+    /// The times in the scene, in seconds, that the references of a configuration must show: one for each
+    /// frame if the frames show different times, otherwise only one.
     pub fn times(&self, configuration: &Resolved) -> Vec<f64> {
         let clock = configuration.clock;
         let frames = match clock.fps {

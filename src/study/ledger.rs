@@ -1,19 +1,21 @@
-//! The state of a study: its finished runs, its references, and the forecast of the work that is left.
+//! The state of a study: its finished runs, its references, its pictures, and the forecast of the work that
+//! is left.
 
 use super::forecast::Forecast;
 use super::library::Library;
 use super::pictures::Pictures;
 use super::store::Store;
 
-/// The state of a study, from which its results can be computed at any moment.
+/// The state of a study: everything that is finished, from which the results can be computed at any moment,
+/// and a forecast of the rest.
 pub struct Ledger {
-    /// The finished runs.
+    /// The finished runs, in memory and in the file `runs.jsonl`.
     pub store: Store,
-    /// The references.
+    /// The references with which frames are compared, from the files of the study's folder.
     pub library: Library,
-    /// The pictures of runs, which only pages show.
+    /// The last frames of one run of each configuration, which only pages show.
     pub pictures: Pictures,
-    /// The steps of work that are done and to come.
+    /// The numbers of steps of work that are done and still to come, from which progress is reported.
     pub forecast: Forecast,
 }
 

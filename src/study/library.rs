@@ -1,4 +1,5 @@
-//! The references of a study: finds the files of their blocks, and combines them.
+//! The references of a study: finds the files of their blocks of samples, and combines the blocks of each
+//! reference.
 
 use super::identity::Identity;
 use super::plan::Resolved;
@@ -10,19 +11,20 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The path of the file of a block of a reference, and the indices of its samples.
+/// The path of the file of one block of a reference, and the range of the indices of its samples.
 pub type BlockFile = (PathBuf, Range<u32>);
 
-/// The references in the folder of a study. Those that were read stay in memory, and grow when files of further blocks
-/// appear.
+/// The references in the folder of a study. A reference that was read stays in memory; when files of further
+/// blocks appear, only these are read and added.
 pub struct Library {
     folder: PathBuf,
-    /// The references that were read, by key, each with the indices of its blocks in ascending order.
+    /// The references that were read, by key; for each, the indices of the blocks that it contains, in
+    /// ascending order.
     read: HashMap<String, (Vec<u32>, Arc<Reference>)>,
 }
 
 impl Library {
-    /// A library of the references in `folder`, of which no file was read yet.
+    /// Makes a library of the references in `folder`. It reads no file yet.
     pub fn new(folder: PathBuf) -> Self {
         Self {
             folder,
@@ -30,7 +32,8 @@ impl Library {
         }
     }
 
-    /// The path and the samples of each of the blocks with the indices `wanted`, of the reference with the key `key`.
+    /// Lists the files of those blocks of the reference with the key `key` that have the indices `wanted`:
+    /// the path of each, and the indices of its samples. The files need not exist.
     pub fn files(
         &self,
         key: &str,
@@ -45,8 +48,9 @@ impl Library {
             .collect()
     }
 
-    /// The references with which the frames of a configuration are compared, from all blocks up to `most` that have files;
-    /// only the reference of the last frame uses more than the measuring ones. `None` if a measuring block has no file.
+    /// The references with which the frames of a configuration are compared. The reference of the last frame
+    /// uses all of its first `most` blocks that have files; the others use only the [`MEASURING_BLOCKS`].
+    /// `None` if one of these first blocks has no file.
     ///
     /// # Errors
     /// A file cannot be read, or is not a block of this reference.

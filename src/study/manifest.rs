@@ -1,5 +1,5 @@
-//! The description of a study: the request of the command line, the device, and the identities of the scenes. It is stored in the folder of the study, so that results can be computed, and shards merged, without a
-//! device.
+//! The description of a study: the request of the user, the device, and the identities of the scenes. It is
+//! stored in the study's folder, so that results can be computed, and shards merged, without a device.
 
 use super::identity::Identity;
 use super::plan::{Plan, Resolved};
@@ -13,31 +13,37 @@ use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::Path;
 
-/// The version of the format of the file.
+/// The version of the format of the file `study.json`. A file with another version is refused.
 const VERSION: u32 = 1;
 
-/// The request of the user: a plan, with the changes of the command line.
+/// The request of the user: a plan, and the options of the command line that change it. Two studies with the
+/// same request render the same runs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Request {
-    /// The name or the path of the plan, for messages.
+    /// The name or the path of the plan, as the user gave it, for messages and pages.
     pub plan: String,
-    /// The TOML text of the plan.
+    /// The TOML text of the plan; it is stored here, because the file can change later.
     pub text: String,
-    /// The scenes that replace those of the plan; empty: those of the plan.
+    /// The names of the scenes to study instead of those of the plan; if the list is empty, the scenes of the
+    /// plan are studied.
     pub scenes: Vec<String>,
-    /// The environment that replaces those of the plan.
+    /// The environment of all scenes instead of those of the plan, as `--environment` gives it: a path of an
+    /// image, or a sky; `None` keeps those of the plan.
     pub environment: Option<String>,
-    /// The maximum number of scattering events that replaces that of the plan.
+    /// The maximum number of scattering events of a path instead of that of the plan; `None` keeps that of
+    /// the plan.
     pub bounces: Option<u32>,
-    /// True for a quick look, with a quarter of the seeds and of the samples of references.
+    /// True for a quick preview (`--quick`), with a quarter of the seeds and a quarter of the samples of
+    /// references.
     pub quick: bool,
 }
 
 impl Request {
-    /// The plan with the changes of the command line, and its configurations.
+    /// Makes the plan with the changes of the command line, and its configurations with complete settings.
     ///
     /// # Errors
-    /// The plan is wrong, a configuration changes the environment of its scene, or a scene has no configuration.
+    /// The plan is wrong, a configuration changes the environment of its scene, a scene is listed twice, or a
+    /// scene has no configuration.
     pub fn plan(&self) -> Result<(Plan, Vec<Resolved>)> {
         let mut plan = Plan::parse(&self.plan, &self.text)?;
         plan.bounces = self.bounces.unwrap_or(plan.bounces);
@@ -85,26 +91,28 @@ impl Request {
     }
 }
 
-/// The description of a study in its folder.
+/// The description of a study, which is stored as `study.json` in its folder. With it, finished runs and
+/// references are found without a device.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
     version: u32,
-    /// The request of the user.
+    /// The request of the user, from which the plan and its configurations are made.
     pub request: Request,
-    /// The name of the device that renders.
+    /// The name of the device that renders the study. Shards from different devices cannot be merged.
     pub device: String,
-    /// The name and the version of its driver.
+    /// The name and the version of the driver of the device. Shards from different drivers cannot be merged.
     pub driver: String,
-    /// The commit of the program.
+    /// The commit of the program that renders the study. Shards from different commits cannot be merged.
     pub commit: String,
-    /// The part of the work that this folder has.
+    /// The part of the work whose runs this folder contains.
     pub shard: Shard,
-    /// The scenes that were loaded so far.
+    /// The hashes of the scenes that were loaded so far, from which the keys of their runs and references are
+    /// made.
     pub scenes: Vec<Identity>,
 }
 
 impl Manifest {
-    /// A manifest of a study that has loaded no scene yet.
+    /// Makes the manifest of a study that has not loaded any scene yet.
     pub fn new(request: Request, device: &str, driver: &str, shard: Shard) -> Self {
         Self {
             version: VERSION,
@@ -117,10 +125,10 @@ impl Manifest {
         }
     }
 
-    /// Reads the manifest of a folder; `None` if it has none.
+    /// Reads the manifest from the file at `path`; `None` if there is no such file.
     ///
     /// # Errors
-    /// The file cannot be read, or is not a manifest of this version.
+    /// The file cannot be read, or it is not a manifest of this version with a valid shard.
     pub fn read(path: &Path) -> Result<Option<Self>> {
         if !path.exists() {
             return Ok(None);
@@ -143,7 +151,7 @@ impl Manifest {
         Ok(Some(manifest))
     }
 
-    /// Writes the manifest.
+    /// Writes the manifest as JSON to the file at `path`, which it replaces.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -158,7 +166,8 @@ impl Manifest {
         self.scenes.iter().find(|identity| identity.scene == scene)
     }
 
-    /// Stores the identity of a scene that was loaded. Returns true if it is new or has changed.
+    /// Stores the identity of a scene that was loaded. Returns true if it is new or has changed, so that the
+    /// manifest must be written again.
     pub fn remember(&mut self, identity: &Identity) -> bool {
         let known = self
             .scenes
@@ -172,7 +181,8 @@ impl Manifest {
         true
     }
 
-    /// True if both studies render the same scenes in the same way, so that what one knows of its scenes holds for the other.
+    /// True if both studies render scenes under the same conditions: environment, bounces, device, driver and
+    /// commit. Then the identities of the scenes in one manifest are also valid for the other.
     pub fn renders_like(&self, other: &Self) -> bool {
         let Request {
             environment,
@@ -185,8 +195,9 @@ impl Manifest {
                 == (&other.device, &other.driver, &other.commit)
     }
 
-    /// The reason why the results of two studies do not fit together; `None` if they do. Which part of the work each one does
-    /// has no effect.
+    /// The reason why the results of two studies cannot be joined, as a clause for a message, such as that
+    /// they have different plans; `None` if they can be joined. The shards of the two studies are not
+    /// compared.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let Request {
             plan: _,

@@ -1,4 +1,5 @@
-//! The result files of a study, which are written from whatever is known.
+//! The result files of a study. They are written from the runs and references that are finished, also while
+//! the study is running.
 
 use super::axes;
 use super::cell::Cell;
@@ -17,15 +18,18 @@ use serde_json::json;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// The rows and the costs of all configurations on all scenes, in the order of the plan.
+/// The results of a study: one row and one cost for each configuration on each scene, in the order of the
+/// plan.
 pub struct Results {
-    /// The errors and verdicts. They follow from the runs and references alone.
+    /// The errors and verdicts. They depend only on the runs and references, so they are the same in every
+    /// repetition.
     pub rows: Vec<Row>,
-    /// The times, in the order of the rows.
+    /// The times and the errors at equal time, one entry for each of [`Self::rows`], in the same order.
     pub costs: Vec<Cost>,
 }
 
-/// The paths of the files of results in the folder of a study.
+/// The result files in the folder of a study: tables in JSON and CSV, the schema of the CSV tables, and a
+/// figure.
 pub struct Outputs {
     folder: PathBuf,
 }
@@ -38,19 +42,20 @@ const SCHEMA: &str = "schema.json";
 const AXES: &str = "axes.svg";
 
 impl Outputs {
-    /// The result files of the study in `folder`. This only stores the path, and opens nothing.
+    /// Prepares the result files of the study in `folder`. This only stores the path, and opens nothing.
     pub fn new(folder: &Path) -> Self {
         Self {
             folder: folder.to_owned(),
         }
     }
 
-    /// The paths of all files.
+    /// The paths of all result files, also of those that do not exist yet.
     pub fn files(&self) -> [PathBuf; 6] {
         [RESULTS, ERRORS, COSTS, TIMES, SCHEMA, AXES].map(|name| self.folder.join(name))
     }
 
-    /// Computes the results from what is known, and writes all files.
+    /// Computes the results from the runs and references of `ledger`, writes all result files, and returns
+    /// the results. The figure is removed if no parameter of a scene is varied.
     ///
     /// # Errors
     /// A file of a reference cannot be read, or a result cannot be written.
@@ -108,7 +113,8 @@ impl Outputs {
     }
 }
 
-/// One configuration on one scene; `None` if the scene was not loaded yet.
+/// One configuration on one scene, with the identity of the scene from `manifest`; `None` if the scene was
+/// not loaded yet.
 fn cell<'a>(
     plan: &'a Plan,
     planned: &'a PlannedScene,
@@ -123,7 +129,7 @@ fn cell<'a>(
     })
 }
 
-/// The finished runs of all configurations on all scenes, in the order of the plan.
+/// The finished runs, as one series for each configuration on each scene, in the order of the plan.
 fn series<'a>(
     (plan, configurations): (&'a Plan, &'a [Resolved]),
     manifest: &'a Manifest,
@@ -146,8 +152,8 @@ fn series<'a>(
     Ok(all)
 }
 
-/// The costs of all configurations on all scenes. They are compared with the first one on the same scene that is path
-/// tracing.
+/// The costs of all series, in their order. Each is compared with the first series on the same scene that is
+/// path tracing.
 fn costs(series: &[Series<'_>]) -> Vec<Cost> {
     let of = |one: &Series<'_>| {
         let is_base = |s: &&Series<'_>| s.scene == one.scene && is_path_tracing(s.configuration);

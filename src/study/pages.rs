@@ -1,4 +1,5 @@
-//! Writes the pages of a study from whatever is known: an overview, and one page with plots and pictures for each scene.
+//! Writes the HTML pages of a study: an overview, and one page with plots and pictures for each scene. They
+//! show the results of the runs that are finished.
 
 use super::comparison::{Comparison, percent, range};
 use super::costs::Cost;
@@ -16,20 +17,23 @@ use std::collections::BTreeSet;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// The largest number of characters of a scene's name in the name of its page.
+/// The maximum number of characters of a scene's name that the file name of its page contains; only the last
+/// ones are used.
 const MOST_CHARACTERS: usize = 60;
 
-/// The pages of the study in a folder.
+/// The HTML pages of a study in its folder: the overview `index.html`, and the pages of the scenes in the
+/// subfolder `pages`.
 pub struct Pages {
     overview: PathBuf,
-    /// The folder of the pages of scenes.
+    /// The path of the subfolder with the pages of the scenes.
     folder: PathBuf,
-    /// For each scene of the plan, the name of the file of its page.
+    /// The file name of each scene's page, in the order of the scenes in the plan.
     names: Vec<String>,
 }
 
 impl Pages {
-    /// The pages of the study with the plan `plan` in `folder`. This only stores paths, and opens nothing.
+    /// Prepares the pages of a study of the plan `plan` in `folder`. This only stores paths, and opens
+    /// nothing.
     pub fn new(folder: &Path, plan: &Plan) -> Self {
         Self {
             overview: folder.join("index.html"),
@@ -38,13 +42,14 @@ impl Pages {
         }
     }
 
-    /// The paths of all files.
+    /// The paths of all pages, also of those that do not exist yet.
     pub fn files(&self) -> Vec<PathBuf> {
         let pages = self.names.iter().map(|name| self.folder.join(name));
         pages.chain([self.overview.clone()]).collect()
     }
 
-    /// Writes all pages. `results` are those of the same moment. A scene without a reference has no page yet.
+    /// Writes all pages. `results` are the results of the runs and references in `ledger`. A scene without a
+    /// reference has no page yet; the overview then has no link for it.
     ///
     /// # Errors
     /// A file of a reference cannot be read, or a page cannot be written.
@@ -100,7 +105,7 @@ impl Pages {
     }
 }
 
-/// The part of the overview about the scene.
+/// The section of the overview about one scene: its answer, its table, and the address `link` of its page.
 fn overview(scene: &Scene<'_>, comparison: &Comparison<'_>, link: Option<String>) -> OverviewScene {
     let row = |(configuration, row, cost): &(&Resolved, &Row, &Cost)| {
         let entries = comparison.entries.iter();
@@ -133,14 +138,14 @@ fn overview(scene: &Scene<'_>, comparison: &Comparison<'_>, link: Option<String>
     }
 }
 
-/// The name of a plan, or of its file without the ending.
+/// The title of the overview: the name of a plan, or the name of its file without the ending.
 fn title(plan: &str) -> String {
     let stem = Path::new(plan).file_stem();
     stem.map_or(plan.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// A file name for each scene: its letters and digits, and a number if another scene has the same. A file system that does
-/// not distinguish upper and lower case keeps them apart too.
+/// Makes a different file name for each scene: the letters and digits of its name in lower case, and a number
+/// if another scene already has this file name. Lower case keeps them apart on file systems that ignore case.
 fn file_names<'a>(scenes: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let name = |scene: &str| {

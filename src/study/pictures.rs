@@ -8,38 +8,40 @@ use std::path::PathBuf;
 /// Linear RGB radiance: one value per pixel, row by row from the top.
 type Picture = Vec<[f32; 3]>;
 
-/// The seed of the runs whose pictures are kept.
+/// The seed of the runs whose last frames are stored as pictures.
 pub const PICTURED_SEED: u32 = 0;
 
 const COLORS: [&str; 3] = ["R", "G", "B"];
 
-/// The prefix of the channels of the frame before the last one.
+/// The prefix of the EXR channels that contain the frame before the last one.
 const BEFORE: &str = "before.";
 
-/// The last two frames of a run.
+/// The last two frames of a run, which a page shows, and from which it computes flicker.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LastFrames {
-    /// The last frame.
+    /// The last frame; empty before the first frame.
     pub last: Picture,
-    /// The frame before it; `None` if the run has one frame only.
+    /// The frame before the last one; `None` if the run has only one frame.
     pub before: Option<Picture>,
 }
 
 impl LastFrames {
-    /// Adds the next frame.
+    /// Adds the next frame of the run: it becomes the last frame, and the last frame becomes the one before
+    /// it.
     pub fn push(&mut self, frame: Picture) {
         let before = std::mem::replace(&mut self.last, frame);
         self.before = Some(before).filter(|before| !before.is_empty());
     }
 }
 
-/// The folder with the pictures of a study: one EXR file for each key of runs.
+/// The pictures of a study in the subfolder `pictures`: one EXR file for each configuration on each scene,
+/// named by the key of its runs.
 pub struct Pictures {
     folder: PathBuf,
 }
 
 impl Pictures {
-    /// The pictures in `folder`. This only stores the path, and opens nothing.
+    /// Prepares the pictures in `folder`. This only stores the path, and opens nothing.
     pub fn new(folder: PathBuf) -> Self {
         Self { folder }
     }
@@ -48,7 +50,8 @@ impl Pictures {
         self.folder.join(format!("{key}.exr"))
     }
 
-    /// Writes the last frames, with `size` (width, height) pixels, of the run with the key `key`.
+    /// Writes the last frames of the run with the key `key` to its EXR file. They have `size` (width, height)
+    /// pixels.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -61,8 +64,8 @@ impl Pictures {
         image.write(&self.path(key), 0.0)
     }
 
-    /// The last frames of the run with the key `key`; `None` if there is no such file, or it has no pictures with `size`
-    /// (width, height) pixels.
+    /// Reads the last frames of the run with the key `key`. `None` if there is no such file, if it is
+    /// damaged, or if its pictures do not have `size` (width, height) pixels.
     pub fn read(&self, key: &str, size: (u32, u32)) -> Option<LastFrames> {
         let image = Image::read(&self.path(key)).ok()?;
         let picture = |prefix: &str| -> Option<Picture> {

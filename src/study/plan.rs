@@ -77,7 +77,8 @@ pub struct Plan {
     /// be empty if there are configurations that are described one by one.
     #[serde(default)]
     pub sweeps: Vec<Sweep>,
-    /// True after [`Self::quicken`].
+    /// True after [`Self::quicken`]: references get a quarter of their blocks of samples, and no more than
+    /// these.
     #[serde(skip)]
     is_quick: bool,
     /// The text of the plan and its origin (a file or plan name), with which an error message can name a line.
@@ -395,7 +396,8 @@ impl Plan {
         }
     }
 
-    /// The division of the references of a scene into blocks of samples.
+    /// The division of the samples of the references of `scene` into blocks, by the number of samples that
+    /// the scene or the plan states.
     pub fn blocks(&self, scene: &PlannedScene) -> SampleBlocks {
         let samples = scene.reference_spp.unwrap_or(self.reference_spp);
         SampleBlocks::new(samples, self.is_quick)

@@ -1,5 +1,5 @@
-//! The plans of studies that are part of the program, so that the measurements of the documentation can be repeated by the
-//! name of a plan.
+//! The plans of studies that are part of the program, so that users can repeat the measurements of the
+//! documentation by the name of a plan.
 
 /// The plans of studies that are part of the program, in alphabetical order. Each is a pair of its name, which the option
 /// `--plan` takes, and its TOML text.

@@ -31,27 +31,32 @@ const SEED: u32 = 0x5EED_0000;
 /// reports its progress and can stop after a signal. If a call renders a picture in strips of rows, the study also does so
 /// after each strip.
 const AT_ONCE: u32 = 16;
-/// The maximum number of samples per pixel of a block.
+/// The maximum number of samples per pixel of a block, which is the unit of work for a reference and has its
+/// own file.
 const MAX_BLOCK_SAMPLES: u32 = 1024;
-/// The number of blocks into which the samples of a small reference are divided.
+/// The number of blocks into which the samples of a small reference are divided, so that even its error is
+/// estimated from several blocks.
 const FEWEST_BLOCKS: u32 = 8;
 /// The number of blocks, counted from the first one, with which the errors of runs are measured: one for each of the two
 /// pictures of [`Reference::halves`].
 pub const MEASURING_BLOCKS: u32 = 2;
 
-/// The division of the samples of a reference into blocks, which are rendered apart, by different machines if a study is
-/// divided into shards, and added in the order of their index. So the same reference has the same bits, whoever rendered it.
+/// The division of the samples of a reference into blocks. Each block is rendered separately; in a study that
+/// is divided into shards, different machines render different blocks. The blocks are added in the order of
+/// their index, so that a reference always has the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleBlocks {
-    /// The number of samples per pixel of a block, at least 2, from which its error is estimated.
+    /// The number of samples per pixel of a block, at least 2. The standard error of the block is estimated
+    /// from them.
     pub size: u32,
-    /// The number of blocks, at least [`MEASURING_BLOCKS`].
+    /// The number of blocks that the plan requests for the reference, at least [`MEASURING_BLOCKS`].
     pub count: u32,
 }
 
 impl SampleBlocks {
-    /// Divides a reference of at least `samples` samples per pixel. If `quick` is true, it has a quarter of the blocks, so
-    /// that a study goes on from a quick look with the same blocks.
+    /// Divides the samples of a reference into blocks that have at least `samples` samples per pixel
+    /// together. If `quick` is true, only a quarter of these blocks is used. The blocks keep their size, so
+    /// that a later study without `--quick` uses them again.
     pub fn new(samples: u32, quick: bool) -> Self {
         let size = samples.div_ceil(FEWEST_BLOCKS).clamp(2, MAX_BLOCK_SAMPLES);
         let count = samples.div_ceil(size);
@@ -62,8 +67,8 @@ impl SampleBlocks {
         }
     }
 
-    /// The indices of the samples of the block with the index `block`, which can be beyond [`Self::count`] if a reference gets
-    /// more samples than the plan states.
+    /// The range of the indices of the samples in the block with the index `block`. The index can exceed
+    /// [`Self::count`], if a reference gets more samples than the plan states.
     pub fn samples_of(self, block: u32) -> Range<u32> {
         let first = block * self.size;
         first..first + self.size
@@ -156,7 +161,7 @@ fn in_f32(values: Vec<DVec3>) -> Vec<[f32; 3]> {
 /// pixel, row by row from the top.
 #[derive(Clone)]
 pub struct Reference {
-    /// The width of the picture, in pixels.
+    /// The width of the picture, in pixels. The height follows from the number of pixels.
     pub width: u32,
     /// The mean of the radiance of each pixel over all samples, in linear RGB and in the scene's unit.
     pub mean: Vec<[f32; 3]>,
@@ -171,19 +176,22 @@ pub struct Reference {
     /// include the error of the reference depend on it too, because the quantile of Student's distribution does.
     pub samples: u32,
     /// Two pictures of the same view, from different samples, with which the errors of runs are measured
-    /// ([`SquaredErrors`](crate::metrics::error::SquaredErrors)). They are the same however many samples
-    /// the reference has, so that errors of early runs of a study stay valid.
+    /// ([`SquaredErrors`](crate::metrics::error::SquaredErrors)). They do not change when the reference gets
+    /// more samples, so that the errors of earlier runs of a study stay valid.
     pub halves: [Vec<[f32; 3]>; 2],
-    /// For each block of samples, the variance of the mean over the picture, as the sum over channels, times its number of
-    /// samples. Their spread states how well the variance of the whole is known.
+    /// For each block of samples, an estimate of the variance of one sample's picture mean: the variance of
+    /// the block's mean, summed over the channels, times the number of its samples. The spread of these
+    /// values states how well the variance of the whole reference is known.
     variances: Vec<f64>,
-    /// For each pixel, the sums over the blocks of the mean and of the squared standard error, times the number of samples
-    /// and its square.
+    /// For each pixel, two sums over the blocks, from which [`Self::mean`] and [`Self::error`] are computed:
+    /// of the mean times the number of samples, and of the squared standard error times the square of this
+    /// number.
     sums: Vec<[DVec3; 2]>,
 }
 
 impl Reference {
-    /// Reads the first [`MEASURING_BLOCKS`] blocks, with the paths and the samples `files`.
+    /// Reads a reference from its first [`MEASURING_BLOCKS`] blocks. `files` has the path of each block and
+    /// the indices of its samples. The picture must have `width` × `height` pixels.
     ///
     /// # Errors
     /// A file cannot be read, is damaged, or is not a block of a reference with a picture of `width` × `height` pixels.
@@ -206,7 +214,8 @@ impl Reference {
         Ok(reference)
     }
 
-    /// A reference that is known from `samples` samples per pixel, for tests: its halves are its mean.
+    /// Makes a reference for tests, with the given mean and standard error of each pixel, as if it had
+    /// `samples` samples per pixel. Both halves are equal to the mean.
     #[cfg(test)]
     pub fn known(width: u32, mean: Vec<[f32; 3]>, error: Vec<[f32; 3]>, samples: u32) -> Self {
         Self {
@@ -221,8 +230,9 @@ impl Reference {
         }
     }
 
-    /// Adds the block in the file `path`, which has `count` samples per pixel and comes after those that were added. Returns
-    /// the mean of the block.
+    /// Adds the block in the file `path`, which has `count` samples per pixel, to the mean and the error.
+    /// Blocks must be added in the order of their index. Returns the mean radiance of each pixel in this
+    /// block.
     ///
     /// # Errors
     /// As for [`Self::read`].

@@ -84,7 +84,8 @@ pub enum Expect {
 }
 
 impl Expect {
-    /// The expectation that the plan gives, or else the one that its integrator has by default.
+    /// The expectation `given` by the plan. Without it, the default of the integrator: `unbiased` for
+    /// resampling, and `any` for path tracing, which also renders the references.
     pub(super) fn or_default(given: Option<Self>, settings: &Settings) -> Self {
         given.unwrap_or(match settings.integrator {
             Integrator::PathTracing => Self::Any,

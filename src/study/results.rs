@@ -15,9 +15,9 @@ use serde_json::Value;
 /// entry for each frame of a run begin with frame 0.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// The name of the scene in the plan.
+    /// The name of the scene in the plan, which tables show.
     pub scene: String,
-    /// The name of the configuration in the plan.
+    /// The name of the configuration in the plan, which tables show.
     pub configuration: String,
     /// The complete settings of the configuration as JSON: those of its preset, to which the changes of the plan are
     /// applied.
@@ -30,7 +30,8 @@ pub struct Row {
     /// The root of the mean squared error of each frame against the reference of its time, in linear RGB and in the scene's
     /// unit of radiance. The mean is over pixels, channels and seeds, and the noise of the reference is taken out.
     pub rmse: Vec<f64>,
-    /// The same as [`Self::rmse`], with all values clamped to [0, 1], so that a few very bright pixels do not dominate.
+    /// The root of the mean squared error of each frame like [`Self::rmse`], but with all values clamped to
+    /// [0, 1], so that a few very bright pixels do not dominate.
     pub rmse_clamped: Vec<f64>,
     /// The relMSE of each frame against the reference of its time: the mean over pixels, channels and seeds of (a − t)² /
     /// (b² + 0.01), where a is the value in the frame, t the truth, and b the value in the reference.
@@ -61,17 +62,19 @@ pub struct Row {
     /// The root mean square of the bias of blocks of 8 × 8 pixels, as a fraction of the reference's mean luminance. It also
     /// shows a bias that cancels over the picture. The verdict does not depend on it. Null for fewer than three runs.
     pub block_bias: Option<BlockBias>,
-    /// The p-value for a bias in blocks of 8 × 8 pixels; a small value raises an alarm. Two tests are combined: whether the
-    /// errors of blocks are distributed as those of path tracing with similar noise, and whether the block that is farthest
-    /// from the reference has a bias. It would be exact if blocks were independent. It is null in rows that do not expect
-    /// `unbiased`, and as long as the path tracing is missing.
+    /// The p-value for a bias in blocks of 8 × 8 pixels, in [0, 1]; a small value raises an alarm. Two tests
+    /// are combined: whether the errors of blocks are distributed as those of path tracing with similar
+    /// noise, and whether the block that is farthest from the reference has a bias. The value would be exact
+    /// if blocks were independent. It is null if the row does not expect `unbiased`, or until the runs of
+    /// path tracing are finished.
     pub blocks_p_value: Option<f64>,
     /// The result of the runs with fresh seeds, which alone decide if the first seeds raised an alarm (a sign of bias). Null
     /// without an alarm.
     pub confirmation: Option<Confirmation>,
-    /// The smallest of the p-values that decide about this row, after Holm's correction for the number of tests. The tests
-    /// of all rows that expect `unbiased` are corrected as one group, and those of all other rows as a second group. If the
-    /// p-value is below 0.01, the verdict is `biased`.
+    /// The smallest of the p-values that decide about this row, after Holm's correction for the number of
+    /// tests. The tests of all rows that expect `unbiased` are corrected as one group, and those of all other
+    /// rows as a second group. If the p-value is below 0.01, and there are at least four seeds, the verdict
+    /// is `biased`.
     pub corrected_p_value: f64,
     /// The smallest bias of the mean that the check of this row finds with a probability of 90 %, as a fraction of the
     /// reference's mean. The check can miss a smaller bias. Null without a bias.
@@ -81,8 +84,8 @@ pub struct Row {
     pub replays: Option<bool>,
     /// The number of samples per pixel of the reference; null if it is not known yet.
     pub reference_spp: Option<u32>,
-    /// The number of samples per pixel that the reference needs so that a verdict `unbiased` is possible; null if it has as
-    /// many.
+    /// The number of samples per pixel that the reference needs so that a verdict `unbiased` is possible;
+    /// null if the reference has enough samples, or does not exist yet.
     pub wanted_reference_spp: Option<f64>,
     /// The verdict that the plan expects. A verdict `biased` makes the study fail only if this is `unbiased`.
     pub expect: Expect,
@@ -96,19 +99,19 @@ pub struct Row {
     pub(super) run_seconds: f64,
 }
 
-/// The bias and the costs of a configuration on a scene, as far as its runs show them; parts are missing while a study is not
-/// complete. The fields are those of [`Row`].
+/// The values of a [`Row`] that need more than the runs themselves, such as a reference, a control or a
+/// repetition. A value is missing (`None` or empty) until the study has rendered what it needs.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
-    /// See [`Row::bias`].
+    /// The bias of the picture's mean; see [`Row::bias`].
     pub bias: Option<Bias>,
-    /// See [`Row::block_bias`].
+    /// The size of the bias in blocks of pixels; see [`Row::block_bias`].
     pub block_bias: Option<BlockBias>,
-    /// See [`Row::blocks_p_value`].
+    /// The p-value for a bias in blocks of pixels, in [0, 1]; see [`Row::blocks_p_value`].
     pub blocks_p_value: Option<f64>,
-    /// See [`Row::counts`].
+    /// The counts of each pass, such as rays; see [`Row::counts`].
     pub counts: Vec<Counts>,
-    /// See [`Row::replays`].
+    /// True if a repetition of the first run gave the same bits; see [`Row::replays`].
     pub replays: Option<bool>,
 }
 
@@ -133,8 +136,8 @@ pub enum Verdict {
     /// The difference from the reference is too large to be chance: a p-value of the tests that decide about the row,
     /// corrected for the number of tests, is below [`LEVEL`].
     Biased,
-    /// No bias was found, but the 99 % interval is too wide (its half-width is above [`MAX_HALF_WIDTH`]) to exclude one. More seeds
-    /// or a better reference are needed.
+    /// No bias was found, but the 99 % interval is too wide (its half-width is above [`MAX_HALF_WIDTH`]) to
+    /// exclude one; or there are fewer than four seeds. More seeds or a better reference are needed.
     Undecided,
 }
 
@@ -265,8 +268,9 @@ impl Row {
     }
 }
 
-/// The least number of seeds with which a row can be called biased. Two or three values can be almost equal by chance; the
-/// degrees of freedom of the test are then those of the reference, and its p-value is far too small (10⁻²⁹ was seen).
+/// The minimum number of seeds with which a row can get the verdict `biased`. Two or three values can be
+/// almost equal by chance. The degrees of freedom of the test are then those of the reference, and its
+/// p-value is far too small.
 const LEAST_SEEDS: usize = 4;
 
 /// Sets the verdict, the corrected p-value, the detectable bias and the missing work of all rows, when the rows of all

@@ -82,7 +82,8 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// The widths of the columns of scenes and configurations, in characters.
+/// The widths of the columns of scenes and configurations, in characters: each fits its longest name and its
+/// title.
 fn widths<'a>(names: impl Iterator<Item = (&'a String, &'a String)>) -> (usize, usize) {
     names.fold((5, 13), |(scenes, configurations), (scene, name)| {
         (
@@ -96,8 +97,8 @@ fn or_dash(text: Option<String>) -> String {
     text.unwrap_or_else(|| "–".to_owned())
 }
 
-/// The costs of a study as text for the terminal: a table of times and of errors at equal time, then the milliseconds of
-/// every pass. `rows` are the results in the same order.
+/// The costs of a study as text for the terminal: a table of times and of errors at equal time, then the
+/// milliseconds of every pass. `rows` are the results, in the order of `costs`.
 pub fn costs(costs: &[Cost], rows: &[Row]) -> String {
     let printable_names = |cost: &Cost| Cost {
         scene: printable(&cost.scene),

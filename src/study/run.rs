@@ -22,9 +22,11 @@ pub type Milliseconds = Vec<(String, f64)>;
 /// begin with frame 0.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
-    /// The name of the scene in the plan.
+    /// The name of the scene in the plan, for readers of the file. The store finds a run by [`Self::key`] and
+    /// seed.
     pub scene: String,
-    /// The name of the configuration in the plan.
+    /// The name of the configuration in the plan, for readers of the file. The store finds a run by
+    /// [`Self::key`] and seed.
     pub configuration: String,
     /// A hash, as 16 hexadecimal digits, of everything that the run depends on except its seed. The store finds finished
     /// runs by key and seed, so a change of the settings, for example, makes new runs necessary.

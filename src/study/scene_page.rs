@@ -1,4 +1,4 @@
-//! Makes the page of one scene of a study from the results, the costs, the references and the pictures that are known.
+//! Makes the page of one scene of a study from the results, costs, references and pictures that exist so far.
 
 use super::comparison::Comparison;
 use super::costs::Cost;
@@ -15,25 +15,27 @@ use crate::base::shell_word::quoted;
 use crate::page::{Page, Point};
 use crate::render::presets;
 
-/// One scene of a study, with the results of its configurations, which are in the order of the plan.
+/// One scene of a study with the results of its configurations, from which its page is made.
 pub struct Scene<'a> {
-    /// The plan of the study.
+    /// The plan of the study, which states the width of the pictures and the numbers of seeds and frames.
     pub plan: &'a Plan,
-    /// The scene in the plan.
+    /// The scene with its camera and environment, as the plan describes it.
     pub planned: &'a PlannedScene,
-    /// The hashes of the scene; `None` if it was not loaded yet.
+    /// The hashes by which the references and pictures of the scene are found, and the size of its pictures;
+    /// `None` if it was not loaded yet.
     pub identity: Option<&'a Identity>,
-    /// The configurations with their rows and costs.
+    /// The configurations of the scene with their rows and costs, in the order of the plan.
     pub results: Vec<(&'a Resolved, &'a Row, &'a Cost)>,
 }
 
 impl Scene<'_> {
-    /// The size of the pictures; that of a scene that was not loaded yet is 0.
+    /// The width and the height of the pictures, in pixels; (0, 0) for a scene that was not loaded yet.
     pub fn size(&self) -> (u32, u32) {
         self.identity.map_or((0, 0), |identity| identity.size)
     }
 
-    /// The page; `None` as long as the scene has no reference.
+    /// Makes the page of the scene. The points are the configurations in the order of `comparison`. `None` if
+    /// the scene was not loaded yet or has no reference.
     ///
     /// # Errors
     /// A file of a reference cannot be read.
@@ -121,7 +123,8 @@ impl Scene<'_> {
         }))
     }
 
-    /// The command that renders the picture of a configuration.
+    /// The command line of `headwater render` that renders the picture of a configuration, which the page
+    /// shows for the user.
     fn command(&self, configuration: &Resolved) -> Result<String> {
         let Plan { bounces, width, .. } = self.plan;
         let mut command = format!(
@@ -155,7 +158,8 @@ impl Scene<'_> {
     }
 }
 
-/// The bias of the channel in which it is largest, and the half-width of its 95 % interval.
+/// The bias of the channel with the largest bias, as a fraction of the reference's mean, and the half-width
+/// of its 95 % interval. Without a measured bias, (0, ∞).
 fn bias(row: &Row) -> (f64, f64) {
     let Some((bias, _)) = row.deciding() else {
         return (0.0, f64::INFINITY);
@@ -165,7 +169,8 @@ fn bias(row: &Row) -> (f64, f64) {
     largest.unwrap_or((0.0, f64::INFINITY))
 }
 
-/// The conditions of the whole study.
+/// The conditions of the whole study, such as the plan and the device, as pairs of a name and a value. The
+/// overview and the pages of the scenes list them.
 pub fn facts(plan: &Plan, manifest: &Manifest) -> Vec<(String, String)> {
     let frames = match plan.fps {
         Some(fps) => format!("{} in each run, {fps} per second of the scene", plan.frames),

@@ -1,24 +1,25 @@
-//! The part of a study's work that one process does, if several divide it.
+//! Shards: parts of the work of a study, which different processes or machines do separately.
 
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// A shard: the part `index` of `count` parts into which the work of a study is divided. Every run and every block of a
-/// reference belongs to exactly one shard, by the indices of its scene, its configuration and its seed, so that the shards
-/// of any machine fit together.
+/// A shard: the part `index` of `count` parts into which the work of a study is divided, for example among
+/// machines. The indices of its scene, configuration and seed assign each run to exactly one shard; blocks of
+/// references are assigned likewise, except for the first ones, which all shards need. The results of all
+/// shards are merged later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// The index of the part, from 0.
+    /// The index of the part, from 0. In the option `--shard K/N`, it is K − 1.
     pub index: u64,
     /// The number of parts, at least 1. With 1, the study is whole.
     pub count: u64,
 }
 
 impl Shard {
-    /// The only part of a study that is not divided.
+    /// The shard of a study that is not divided: the whole work.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
-    /// Reads `K/N`, where K from 1 to N counts the shards.
+    /// Parses a shard from a text of the form `K/N`, such as `2/3`, with K from 1 to N; its index is K − 1.
     ///
     /// # Errors
     /// The text is not of this form.
@@ -35,13 +36,14 @@ impl Shard {
         Ok(Self { index, count })
     }
 
-    /// True if the study is not divided.
+    /// True if the study is not divided, so that this shard has all of its results.
     pub fn is_whole(self) -> bool {
         self.count == 1
     }
 
-    /// True if this shard does the item of work with these indices, such as those of a scene, a configuration and a seed. Items
-    /// whose indices differ by one in one place belong to different shards, so that each gets a fair part of slow ones.
+    /// True if this shard does the item of work with these indices, such as those of a scene, a configuration
+    /// and a seed. Neighbouring indices belong to different shards, so that slow items are distributed
+    /// evenly.
     pub fn owns(self, indices: &[u64]) -> bool {
         indices.iter().sum::<u64>() % self.count == self.index
     }

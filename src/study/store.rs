@@ -54,7 +54,7 @@ impl Store {
         store
     }
 
-    /// All runs, by key and then by seed.
+    /// All finished runs, sorted by key and then by seed.
     pub fn all(&self) -> impl Iterator<Item = &Run> {
         let mut keys: Vec<&String> = self.runs.keys().collect();
         keys.sort_unstable();
@@ -107,7 +107,7 @@ impl Store {
     }
 }
 
-/// The bytes of a file; none if it does not exist.
+/// Reads all bytes of a file; returns an empty list if the file does not exist.
 fn read(path: &Path) -> Result<Vec<u8>> {
     match path.exists() {
         true => input_files::read(path),
@@ -115,7 +115,7 @@ fn read(path: &Path) -> Result<Vec<u8>> {
     }
 }
 
-/// Cuts the file to `length` bytes.
+/// Cuts the file at `path` to its first `length` bytes, to remove a line that is not complete.
 fn cut(path: &Path, length: u64) -> std::io::Result<()> {
     std::fs::File::options()
         .write(true)

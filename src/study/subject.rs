@@ -25,7 +25,8 @@ use std::sync::Arc;
 /// A scene on the device, with the renderers that were made for it. A study makes all runs and references of a scene with
 /// one `Subject`. Each configuration has one renderer for its runs and, if rays are counted, a second one.
 pub struct Subject {
-    /// The hashes by which the runs and the references of the scene are stored.
+    /// The hashes from which the keys of the scene's runs and references are made, and the size of its
+    /// pictures.
     pub identity: Identity,
     device: Arc<Device>,
     scene: Arc<GpuScene>,

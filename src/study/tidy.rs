@@ -7,9 +7,9 @@ use crate::base::printable::printable;
 use crate::{Error, Result};
 use serde_json::{Map, Value, json};
 
-/// The runs of one configuration on one scene.
+/// The finished runs of one configuration on one scene, which become rows of the tables.
 pub struct Series<'a> {
-    /// The name of the scene in the plan.
+    /// The name of the scene in the plan, for the column `scene`.
     pub scene: &'a str,
     /// The configuration, whose settings fill the columns of swept keys.
     pub configuration: &'a Resolved,
@@ -17,7 +17,8 @@ pub struct Series<'a> {
     pub runs: Vec<&'a Run>,
 }
 
-/// A column whose value differs between frames or runs: its name, its unit, its meaning, and its value in a frame.
+/// A column of the table of errors: its name, its unit, its meaning for the schema, and a function that
+/// returns its value for a run and the index of a frame.
 struct Column {
     name: &'static str,
     unit: &'static str,
@@ -78,7 +79,8 @@ const MEASURES: [Column; 8] = [
     },
 ];
 
-/// The errors of all runs as CSV: `results.csv`. `swept` are the dotted keys of the settings that get a column.
+/// The errors of all runs as the bytes of the file `results.csv`: one row for each run and frame. `swept` are
+/// the dotted keys of the settings that the plan varies; each gets a column with its value.
 ///
 /// # Errors
 /// A setting has no JSON form, which cannot happen with finite numbers.
@@ -92,8 +94,9 @@ pub fn results(series: &[Series<'_>], swept: &[String]) -> Result<Vec<u8>> {
     })
 }
 
-/// The times of all runs as CSV: `times.csv`, with one column for the whole frame, and one for each pass. A field is empty
-/// where a frame has no such pass, or the pass was executed for the first time.
+/// The times of all runs in milliseconds, as the bytes of the file `times.csv`: one row for each run and
+/// frame, with a column for the whole frame and one for each pass. A field is empty if the frame has no such
+/// pass, or if the pass was executed for the first time.
 ///
 /// # Errors
 /// As for [`results`].
@@ -113,7 +116,8 @@ pub fn times(series: &[Series<'_>], swept: &[String]) -> Result<Vec<u8>> {
     })
 }
 
-/// The names of all passes, in the order in which they first occur.
+/// The names of all passes of the runs, each once, in the order in which they first occur. Each gets a column
+/// in `times.csv`.
 fn passes<'a>(series: &[Series<'a>]) -> Vec<&'a str> {
     let mut passes: Vec<&str> = Vec::new();
     let runs = series.iter().flat_map(|series| &series.runs);
@@ -125,7 +129,8 @@ fn passes<'a>(series: &[Series<'a>]) -> Vec<&'a str> {
     passes
 }
 
-/// The meaning and the unit of each column of both tables, as JSON: `schema.json`.
+/// The contents of the file `schema.json`, as JSON: the name, the unit and the meaning of each column of both
+/// tables.
 pub fn schema(series: &[Series<'_>], swept: &[String]) -> Value {
     let column = |name: &str, unit: &str, meaning: &str| json!({ "name": name, "unit": unit, "meaning": meaning });
     let mut keys = vec![

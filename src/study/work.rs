@@ -1,5 +1,6 @@
-//! The work of a study on one scene: it renders the runs and the blocks of references that are missing. First all
-//! configurations get a few runs and a coarse reference, so that every row has a first result soon.
+//! The work of a study on one scene: renders the missing runs and the missing blocks of references. The work
+//! has stages. In the first stage, each configuration gets a few runs and a coarse reference, so that all
+//! rows have a first result soon.
 
 use super::bias::{Bias, MAX_HALF_WIDTH, MAX_REFERENCE_HALF_WIDTH};
 use super::cell::Cell;
@@ -22,17 +23,21 @@ use std::time::Instant;
 /// constant changes no result.
 const LIKELY_CONTROL_SAMPLES: u32 = 8;
 
-/// A stage of a study, after which it has a certain number of seeds and of blocks of references on each scene.
+/// A stage of a study. After it, each scene has at least the stated number of runs of each configuration, and
+/// of blocks of references. The results become more precise from stage to stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
-    /// The number of runs of each configuration.
+    /// The number of runs of each configuration on each scene; their seeds are 0 to `seeds` − 1.
     pub seeds: u32,
-    /// The fraction of the blocks of references, in (0, 1]; those that runs are measured with are always among them.
+    /// The fraction of the blocks of each reference, in [0, 1]. The first blocks, with which the errors of
+    /// runs are measured, always belong to it.
     pub blocks: f64,
 }
 
 impl Stage {
-    /// The stages of a plan: with two seeds, with a quarter of the seeds, and with all.
+    /// The stages of a plan, in their order: the first with two seeds, the second with a quarter of the
+    /// plan's seeds, and the last with all. A stage without additional seeds is merged with the one before
+    /// it.
     pub fn of(plan: &Plan) -> Vec<Self> {
         let mut stages: Vec<Self> = [(2, 0.0), (plan.seeds.div_ceil(4), 0.25), (plan.seeds, 1.0)]
             .map(|(seeds, blocks)| Self {
@@ -56,23 +61,25 @@ impl Stage {
     }
 }
 
-/// One scene of a study, with the configurations that are rendered on it.
+/// One scene of a study, with the configurations that are rendered on it and the part of the work that this
+/// process does.
 #[derive(Clone, Copy)]
 pub struct Site<'a> {
-    /// The plan of the study.
+    /// The plan of the study, which states the numbers of seeds, frames and samples.
     pub plan: &'a Plan,
-    /// The index of the scene in the plan, from 0.
+    /// The index of the scene in the plan, from 0. It takes part in the assignment of work to shards.
     pub index: u64,
-    /// The scene in the plan.
+    /// The scene with its camera and environment, as the plan describes it.
     pub planned: &'a PlannedScene,
-    /// The configurations that are rendered on the scene.
+    /// The configurations that are rendered on the scene, in the order of the plan.
     pub configurations: &'a [&'a Resolved],
-    /// The part of the work that this process does.
+    /// The shard that decides which runs and blocks of references this process renders.
     pub shard: Shard,
 }
 
 impl Site<'_> {
-    /// The division of the scene's references into blocks of samples.
+    /// The division of the samples of the scene's references into blocks: their size and their number, from
+    /// the plan.
     fn blocks(&self) -> SampleBlocks {
         self.plan.blocks(self.planned)
     }
@@ -124,8 +131,8 @@ impl Site<'_> {
         self.shard.owns(&[self.index, configuration as u64, seed])
     }
 
-    /// The blocks, with indices below `count`, that this process renders: its own ones, and those that all need to measure
-    /// their runs.
+    /// The indices, below `count`, of the blocks of a reference that this process renders: those of its
+    /// shard, and the first blocks, which every shard needs to measure the errors of its runs.
     fn owned_blocks(&self, count: u32) -> Vec<u32> {
         let is_owned = |block: &u32| {
             *block < MEASURING_BLOCKS || self.shard.owns(&[self.index, u64::from(*block)])
@@ -134,8 +141,8 @@ impl Site<'_> {
     }
 }
 
-/// The work on one scene of a study, with everything that it needs: the scene on the device, the runs and references that
-/// are finished, and the report of progress.
+/// The work on one scene of a study, with all that it needs: the scene on the device, the finished runs and
+/// references, and the callback that reports progress.
 pub struct Work<'a> {
     site: Site<'a>,
     subject: &'a mut Subject,
@@ -169,7 +176,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Corrects the forecast by what is there already: finished runs, and blocks of references.
+    /// Corrects the forecast: sets the steps that are still to come to those of the missing runs and the
+    /// missing blocks of references.
     fn correct_forecast(&mut self) -> Result<()> {
         let site = self.site;
         for (index, configuration) in site.configurations.iter().enumerate() {
@@ -195,7 +203,8 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Renders the runs and the blocks of references of a stage that are missing.
+    /// Renders the missing runs and the missing blocks of references of a stage. The configurations take
+    /// turns, seed by seed.
     ///
     /// # Errors
     /// The device or the disk fails, a reference cannot be made or read, the scene cannot be rendered at the time of a
@@ -220,9 +229,9 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Renders what depends on the results of the stages: repetitions, more seeds and more samples of references where the
-    /// interval of a bias is too wide for a verdict, controls, and fresh seeds after an alarm. A shard renders only the
-    /// repetitions, because it does not know the results of the others.
+    /// Renders what depends on the results of the stages: repetitions; more samples of references and more
+    /// seeds, if the interval of a bias is too wide for a verdict; controls; and fresh seeds after an alarm.
+    /// A shard renders only the repetitions, because it does not have the results of the other shards.
     ///
     /// # Errors
     /// As for [`Self::stage`].
@@ -248,7 +257,8 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Renders the run of seed 0 again, and once more to count if the plan requests counts.
+    /// Renders the run with seed 0 again, to find data races. If the plan requests counts, renders it once
+    /// more to count rays.
     fn repeat(&mut self, configuration: &Resolved) -> Result<()> {
         let cell = Self::cell(self.site, self.subject, configuration);
         let keys = cell.repeats()?;
@@ -263,8 +273,8 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Adds samples to the reference of a configuration until its mean is known well enough for a verdict, or it has as many
-    /// as the plan permits.
+    /// Adds samples to the reference of a configuration until its mean is known well enough for a verdict, or
+    /// the reference has the plan's maximum number of samples.
     fn improve_reference(&mut self, configuration: &Resolved) -> Result<()> {
         let most = self.site.plan.most_blocks(self.site.blocks());
         let SampleBlocks { size, mut count } = self.site.blocks();
@@ -283,8 +293,9 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Renders runs with further seeds of each configuration, until its interval is at most as wide as [`MAX_HALF_WIDTH`]
-    /// allows or the plan's maximum of seeds is reached. A wider interval proves nothing.
+    /// Renders runs with further seeds of each configuration whose interval is too wide, until its half-width
+    /// is at most [`MAX_HALF_WIDTH`] or the plan's maximum number of seeds is reached. A wider interval
+    /// proves nothing.
     fn extend(&mut self, configurations: &[&Resolved]) -> Result<()> {
         let plan = self.site.plan;
         let mut seeds = plan.seeds;
@@ -309,7 +320,8 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    /// Renders the controls of a configuration.
+    /// Renders the controls of a configuration: first with one sample per pixel, then with as many samples as
+    /// give the noise of the configuration.
     fn control(&mut self, configuration: &Resolved) -> Result<()> {
         let cell = Self::cell(self.site, self.subject, configuration);
         // The names of controls are their own.
@@ -400,7 +412,8 @@ impl<'a> Work<'a> {
         (self.on_step)(self.ledger)
     }
 
-    /// The references of a configuration, from the blocks that have files.
+    /// The references of a configuration, from the blocks that have files. Returns an error if files were
+    /// removed during the study.
     fn known(&mut self, configuration: &Resolved) -> Result<References> {
         let cell = Self::cell(self.site, self.subject, configuration);
         cell.references(self.ledger)?.ok_or_else(|| {
@@ -411,8 +424,9 @@ impl<'a> Work<'a> {
         })
     }
 
-    /// The times of the references of a configuration, each with the paths and the samples of its blocks: those with the
-    /// indices `last` for the last frame, and those that runs are measured with for the other frames.
+    /// The times in the scene, in seconds, of the references of a configuration. Each has a list of the files
+    /// of its blocks: for the last frame, the blocks with the indices `last`; for the other frames, only the
+    /// first [`MEASURING_BLOCKS`].
     fn reference_files(
         &self,
         configuration: &Resolved,
@@ -436,8 +450,8 @@ impl<'a> Work<'a> {
         files.collect()
     }
 
-    /// Renders the blocks of the references of a configuration that have no file; `last` has the indices of the blocks of the
-    /// last frame.
+    /// Renders the blocks of the references of a configuration that have no file yet. `last` has the indices
+    /// of the blocks for the last frame; the other frames get only the first [`MEASURING_BLOCKS`].
     fn references(&mut self, configuration: &Resolved, last: &[u32]) -> Result<()> {
         let task = self.site.task(Effort::References, "");
         for (time, files) in self.reference_files(configuration, last)? {

@@ -1,4 +1,5 @@
-//! The contents of the page of an advice.
+//! Makes the contents of the HTML page that `advise` writes: the answer, the measured candidates, and their
+//! pictures.
 
 use super::{Args, command};
 use crate::Result;
@@ -10,11 +11,11 @@ use crate::commands::session::OpenedScene;
 use crate::page::{Answer, Exhibit, Page, Standing};
 use crate::render::presets::changes;
 
-/// Makes the page from the measurements `front` and the pictures `gallery`. `fps` is the number of frames per second in
-/// commands.
+/// Makes the page from the measurements `front` and the pictures `gallery`. `fps` is the number of frames per
+/// second in the commands that the page shows; with `None`, they have no option `--fps`.
 ///
 /// # Errors
-/// The settings of a candidate are wrong, which a test excludes.
+/// The settings of a candidate are invalid. A test ensures that they are valid, so this does not happen.
 pub fn page(
     args: &Args,
     scene: &OpenedScene,
@@ -75,8 +76,8 @@ pub fn page(
     })
 }
 
-/// Scales the times of passes, which were measured at the size of the race, so that their sum is the time of a frame at the
-/// wanted size.
+/// Scales the times of the passes, which were measured in frames of the race's size, so that their sum is
+/// `milliseconds`, the time of a frame of the size that the user wants.
 fn at_wanted_size(mut exhibit: Exhibit, milliseconds: f64) -> Exhibit {
     let sum: f64 = exhibit.passes.iter().map(|(_, time)| time).sum();
     if sum > 0.0 {

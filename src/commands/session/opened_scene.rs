@@ -41,11 +41,13 @@ pub enum Purpose {
     },
 }
 
-/// The frames of a scene that will be shown, as far as they matter when the scene is loaded.
+/// The frames that will be rendered, as far as loading depends on them: the environment, the clock, and the
+/// notices about scenes without light.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// True if the settings scatter light, so that a scene can be lit by it. If nothing that they show has light, a notice
-    /// says why.
+    /// True if the settings show light that surfaces scatter; false for example with `--bounces 0`, where
+    /// only directly visible emitters and the environment give light. The notice about black scenes depends
+    /// on it.
     pub scatters: bool,
     /// The rotation and the intensity of the environment that `--environment` names.
     pub environment: EnvironmentSettings,
@@ -53,26 +55,30 @@ pub struct Shown {
     pub clock: Clock,
     /// True if the user has set the clock, so that a notice says that it has no effect on a scene at rest.
     pub clock_is_given: bool,
-    /// The indices of the frames that the user will see.
+    /// The indices of the frames that the user will see. If all of them are black, a notice says why.
     pub frames: Range<u32>,
 }
 
-/// A scene on an open device, with the view that the arguments describe. Renderers are made from it.
+/// A scene on an open device, with the view that the arguments describe. Sessions and measurements make their
+/// renderers from it.
 pub struct OpenedScene {
     /// The camera, the size of the picture, the seed, the maximum number of scattering events, and whether the camera's rays go
     /// through random points of the pixels.
     pub view: View,
-    /// The device on which the scene is.
+    /// The open device to which the scene was uploaded, and on which its frames are rendered.
     pub device: Arc<Device>,
     /// The Vulkan instance, which collects the messages of the validation layers.
     pub instance: Arc<Instance>,
-    /// The scene on the device.
+    /// The uploaded scene: its buffers, textures and acceleration structures on the device, which renderers
+    /// bind.
     pub gpu_scene: Arc<GpuScene>,
     /// The tracer and the other choices of shader variants, with their reasons.
     pub selection: Selection,
-    /// A hash of the content of the scene.
+    /// The hash of the content of the scene, as hexadecimal digits. Pictures, reports and stored measurements
+    /// contain it, so that a changed scene is recognised.
     pub scene_hash: String,
-    /// The reason why the frames that will be shown have no light; `None` if they have.
+    /// The reason why the frames that will be shown have no light, as a text for the user; `None` if at least
+    /// one of them may have light.
     pub black: Option<&'static str>,
     /// The length of the diagonal of the box around the scene, in scene units; 0 for a scene without instances.
     pub diagonal: f64,
@@ -85,12 +91,13 @@ pub struct OpenedScene {
     /// The scene's camera with its motion; while the clock runs, each frame is rendered with the camera of its time. `None`
     /// for a camera that does not belong to the scene, and so does not move.
     pub camera: Option<MovingCamera>,
-    /// The time at which the scene began to be loaded.
+    /// The moment at which loading the scene began. Reports state the time since then.
     pub opened: Instant,
 }
 
 impl OpenedScene {
-    /// Loads the scene, opens the device, and uploads the scene.
+    /// Loads the scene, opens the device with the features for `purpose`, and uploads the scene. Prints
+    /// notices, for example if none of the frames `shown` has light.
     ///
     /// # Errors
     /// Wrong arguments or input, no usable device, a device that fails, or a signal.

@@ -1,4 +1,4 @@
-//! `study --list`: the plans that come with the program.
+//! `study --list`: prints the plans that come with the program.
 
 use crate::Result;
 use crate::commands::print;
@@ -6,10 +6,12 @@ use crate::study::plan::{Plan, Resolved, rendered_on};
 use crate::study::plans::PLANS;
 use std::fmt::Write as _;
 
-/// The time of one pixel of one sample of path tracing with one scattering event, in microseconds, on two CPU cores with
-/// lavapipe. It is a rough mean over the generated scenes; further events of a path cost about as much.
+/// The time that one sample of one pixel takes with path tracing and one scattering event, in microseconds,
+/// on two CPU cores with lavapipe. It is a rough mean over the procedural scenes; each further scattering
+/// event takes about as long.
 const MICROSECONDS: f64 = 1.2;
-/// The time of a frame of resampling, relative to a sample of path tracing: a rough mean over presets and scenes.
+/// The time of one frame of resampling, divided by the time of one sample per pixel of path tracing: a rough
+/// mean over presets and scenes.
 const RESAMPLING: f64 = 2.5;
 
 /// Prints each plan with its purpose, its numbers of scenes, configurations and runs, and a rough time.
@@ -36,13 +38,14 @@ pub fn run() -> Result<()> {
     print(text.trim_end())
 }
 
-/// A number with a noun, in the plural where it must be.
+/// Formats a number with a noun, such as `3 scenes`; the noun gets an `s` unless the number is 1.
 fn counted(count: usize, noun: &str) -> String {
     let ending = if count == 1 { "" } else { "s" };
     format!("{count} {noun}{ending}")
 }
 
-/// A rough time of the whole study in seconds, without more seeds than the plan states.
+/// A rough estimate of the time that the whole study takes on two CPU cores, in seconds. It does not include
+/// seeds that the study adds if an interval is too wide.
 fn seconds(plan: &Plan, configurations: &[Resolved]) -> f64 {
     let pixels = f64::from(plan.width).powi(2) * 9.0 / 16.0;
     let sample = MICROSECONDS * 1e-6 * pixels * f64::from(plan.bounces);
@@ -61,7 +64,8 @@ fn seconds(plan: &Plan, configurations: &[Resolved]) -> f64 {
     samples * sample
 }
 
-/// A duration in words, rounded to what a rough estimate says.
+/// Formats a duration, given in seconds, as text in whole minutes or hours, because the estimate is not more
+/// precise.
 fn duration(seconds: f64) -> String {
     match seconds {
         ..45.0 => "a minute".to_owned(),

@@ -19,7 +19,7 @@ use crate::study::subject::Subject;
 use crate::study::work::Site;
 use std::sync::Arc;
 
-/// The device on which scenes are opened, and the options with which they are loaded.
+/// The device on which the scenes of a study are opened, and the options with which they are loaded.
 pub(super) struct Machine<'a> {
     pub(super) folder: &'a Folder,
     pub(super) instance: &'a Arc<Instance>,
@@ -29,7 +29,9 @@ pub(super) struct Machine<'a> {
 }
 
 impl Machine<'_> {
-    /// Loads a scene and uploads it to a device. If `is_first` is true, prints notices about it.
+    /// Loads the scene of `site` with its camera and environment, and uploads it to the device, so that its
+    /// runs can be rendered. If `is_first` is true, prints notices about the scene. Returns an error if
+    /// loading or the device fails, or after a signal.
     pub(super) fn subject(
         &self,
         plan: &Plan,

@@ -1,4 +1,5 @@
-//! `study merge`: joins the folders of the shards of a study.
+//! `study merge`: joins the folders of the shards of a study to one folder with the results of the whole
+//! study.
 
 use super::{DeviceArgs, conduct, report};
 use crate::base::input_files;
@@ -17,7 +18,8 @@ use crate::study::store::Store;
 use crate::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// The command-line arguments of `headwater study merge`.
+/// The command-line arguments of `headwater study merge`, which name the folders of the shards and the folder
+/// for the whole study.
 #[derive(clap::Args)]
 pub struct Args {
     /// The folders of the shards
@@ -36,8 +38,8 @@ pub struct Args {
     device: DeviceArgs,
 }
 
-/// Joins the runs, the references and the pictures of the shards, and writes the results. If all shards are complete, the study then goes
-/// on with the work that depends on all results.
+/// Joins the runs, the references and the pictures of the shards, and writes the results. If all shards are
+/// complete, and `--no-render` is not given, then renders what depends on the results of all shards.
 ///
 /// # Errors
 /// A folder has no study, the studies differ, a shard is given twice or missing, or as for a study.
@@ -148,7 +150,8 @@ pub fn run(args: &Args) -> Result<()> {
     )
 }
 
-/// Copies the EXR files that are not there yet.
+/// Copies the EXR files from the folder `from` that the folder `to` does not have yet. Does nothing if `from`
+/// does not exist.
 fn copy_pictures(from: &Path, to: &Path) -> Result<()> {
     let entries = match from.read_dir() {
         Ok(entries) => entries,

@@ -85,7 +85,7 @@ pub fn clusters(lights: &[NearLight]) -> Vec<Vec<u32>> {
 
     let boxes: Vec<(Vec3, Vec3)> = units.iter().map(|unit| (unit.low, unit.high)).collect();
     let tree = binary_tree(&boxes);
-    // Of each node the sum of areas.
+    // The sum of the areas of the lights in each node.
     let mut areas = vec![0.0; tree.len()];
     for (index, node) in tree.iter().enumerate().rev() {
         areas[index] = match node.primitive {

@@ -14,9 +14,10 @@ const NOWHERE: (Vec3, Vec3) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 pub(super) struct LightSum {
     /// The smallest x, y and z of the box around the lights, in the device's world space.
     pub low: Vec3,
-    /// The largest x, y and z of that box.
+    /// The largest x, y and z of the box around the lights, in the device's world space.
     pub high: Vec3,
-    /// The sum of [`NearLight::power`].
+    /// The sum of the lights' powers ([`NearLight::power`]), in the device's units of radiance × squared
+    /// length. The radius of the box of influence is in proportion to its square root.
     pub power: f64,
     /// The sum of the lights' normals in world space, each multiplied by the power of its light. Lights that emit into all
     /// directions add zero. Divided by `power`, the sum is the mean normal of the node, whose length is at most 1. Shaders
@@ -25,7 +26,8 @@ pub(super) struct LightSum {
 }
 
 impl LightSum {
-    /// The sums over no light.
+    /// The sums over no light: a box that contains no point, and the power 0. Every sum over lights starts
+    /// from this value.
     pub const NOTHING: Self = Self {
         low: NOWHERE.0,
         high: NOWHERE.1,
@@ -33,7 +35,8 @@ impl LightSum {
         normal: DVec3::ZERO,
     };
 
-    /// The sums over `lights`.
+    /// Computes the sums over `lights`: the box around them, their power, and their weighted normals. A leaf
+    /// of the light BVH is made from them.
     pub fn of<'a>(lights: impl Iterator<Item = &'a NearLight>) -> Self {
         lights.fold(Self::NOTHING, |sum, light| {
             sum.and(&Self {
@@ -45,7 +48,8 @@ impl LightSum {
         })
     }
 
-    /// The sums over these lights and those of `other` together.
+    /// The sums over these lights and those of `other` together. A parent node gets its sums from its two
+    /// children in this way.
     pub fn and(&self, other: &Self) -> Self {
         Self {
             low: self.low.min(other.low),
@@ -71,9 +75,10 @@ impl LightSum {
         scale * power.sqrt() as f32
     }
 
-    /// The box (min, max) of a node of a cut, in the device's world space: the box around the node's lights, enlarged on
-    /// each side by `scale` times half its diagonal. If it contains the point for which a walk searches, the walk continues
-    /// with the node's children. Otherwise the walk skips the children, and treats all lights of the node as one light.
+    /// The box (min, max) of a node of a tree with the option [`cut`](super::LightBvhOptions::cut), in the
+    /// device's world space: the box around the node's lights, enlarged on each side by `scale` times half
+    /// its diagonal. If a walk searches the tree for a point inside this box, it continues with the node's
+    /// children. Otherwise it skips the children, and treats all lights of the node as one light.
     pub fn surroundings(&self, scale: f32) -> (Vec3, Vec3) {
         let radius = Vec3::splat(scale * 0.5 * (self.high - self.low).length());
         (self.low - radius, self.high + radius)

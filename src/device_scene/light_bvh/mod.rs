@@ -54,8 +54,9 @@ pub struct LightBvhOptions {
 }
 
 impl LightBvhOptions {
-    /// True if [`LightBvh::new`] needs points on the scene's surfaces, from which it chooses the scale of boxes of
-    /// influence. This is so if `scale` is `None` and `cut` is false.
+    /// True if [`LightBvh::new`] needs points on the scene's surfaces, from which it chooses the scale of the
+    /// boxes of influence (a cluster is not found at points outside of its box). This is the case if `scale`
+    /// is `None` and `cut` is false.
     pub fn needs_surfaces(&self) -> bool {
         self.scale.is_none() && !self.cut
     }
@@ -65,15 +66,18 @@ impl LightBvhOptions {
 /// tree can contain only such lights. Its clusters, boxes and powers are computed from a list of these values.
 #[derive(Clone, Copy, Debug)]
 pub struct NearLight {
-    /// The index of the light among the lights of all kinds: triangles first, then punctual lights.
+    /// The index of the light among the lights of all kinds: triangles first, then punctual lights. Shaders
+    /// find the light by it.
     pub index: u32,
     /// The number of the group to which the light belongs. Emissive triangles that are connected by common corners have the
     /// same number, and each other light has its own. When clusters are made, the triangles of a group stay together if the
     /// sum of their areas is large enough for the box around them.
     pub group: u32,
-    /// The smallest x, y and z of the box around the light, in the device's world space.
+    /// The smallest x, y and z of the box around the light, in the device's world space. The boxes of
+    /// clusters and nodes are computed from it.
     pub low: Vec3,
-    /// The largest x, y and z of the box around the light, in the device's world space.
+    /// The largest x, y and z of the box around the light, in the device's world space. The boxes of clusters
+    /// and nodes are computed from it.
     pub high: Vec3,
     /// The unit normal, in world space, of the half space into which a one-sided triangle or a spot emits; zero for other
     /// lights, which emit into all directions.
@@ -137,7 +141,8 @@ impl NearLight {
 /// matter at a point, and draw light candidates from these lights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightBvhContents {
-    /// The nodes of the tree in depth-first order, with their current boxes and powers.
+    /// The nodes of the tree in depth-first order, with their current boxes and powers. Shaders walk through
+    /// them to find the lights that matter at a point.
     pub nodes: Vec<GpuLightNode>,
     /// Two arrays in one: entry `i` has element `i` of both. The first (fields `light` and `before`) lists the lights of the
     /// tree in the order of its leaves. `before` is the sum of the integer weights of all lights before this one; one more
@@ -164,8 +169,8 @@ impl LightBvhContents {
 /// [`LightBvh::scale`]: it depends on how many clusters have boxes that contain the point.
 #[derive(Clone, Copy, Debug)]
 pub struct Visit {
-    /// True if the point for which the walk searches is inside the node's box, that is, the box of influence or, for a cut,
-    /// the enlarged box. Otherwise the walk skips the node's descendants.
+    /// True if the point for which the walk searches is inside the node's box, which extends beyond the
+    /// node's lights. Otherwise the walk skips the node's descendants.
     pub inside: bool,
     /// True if the node is a cluster of lights, which has no child nodes. Only clusters are counted when the scale is
     /// chosen.
@@ -187,8 +192,8 @@ pub fn walk(nodes: &[GpuLightNode], point: Vec3) -> impl Iterator<Item = Visit> 
     })
 }
 
-/// The light BVH of a scene: clusters of its lights, and a tree over them. It stays on the host. When lights move or change,
-/// [`LightBvh::contents`] computes the data for shaders anew from it.
+/// The light BVH of a scene: clusters of its lights, and a tree over them. It stays on the host. When lights
+/// move or change, [`LightBvh::contents`] computes the data for shaders again from it.
 pub struct LightBvh {
     options: LightBvhOptions,
     /// The factor that decides how far the box of a node extends beyond the box around its lights. With
@@ -210,7 +215,8 @@ pub struct LightBvh {
 /// and power are computed from these lights in their current state.
 #[derive(Clone, Copy)]
 struct Topology {
-    /// The index of the node after the last descendant of this node, at which a walk continues if it skips the descendants.
+    /// The index of the node after the last descendant of this node, at which a walk (the search of the tree
+    /// for one point) continues if it skips the descendants.
     next: u32,
     is_leaf: bool,
     /// The index in [`LightBvh::order`] of the node's first light. The node's other lights follow it there.
@@ -220,9 +226,10 @@ struct Topology {
     count: u32,
 }
 
-/// The value of [`LightBvh::scale`] for a cut of the tree if [`LightBvhOptions::scale`] is `None`. With this value, the box
-/// around a node's lights is enlarged on each side by half its diagonal, and a walk continues with the node's children if
-/// the enlarged box contains the point. A larger value divides far lights into smaller groups. Each group then has a more
+/// The value of [`LightBvh::scale`] with [`LightBvhOptions::cut`] if [`LightBvhOptions::scale`] is `None`.
+/// With this value, the box around a node's lights is enlarged on each side by half its diagonal. If the
+/// enlarged box contains the point of a walk (the search of the tree for one point), the walk continues with
+/// the node's children. A larger value divides far lights into smaller groups. Each group then has a more
 /// exact estimate of the light that arrives at the point, but walks take longer.
 const CUT_SCALE: f32 = 1.0;
 
@@ -341,7 +348,7 @@ impl LightBvh {
             leaf: NONE,
             ..Default::default()
         };
-        // The BVH has at most all lights, and one entry ends the last.
+        // The tree contains at most all lights, and one more entry has the total of the weights.
         let mut entries = vec![nowhere; lights.choices.len() + 1];
         for (entry, before) in entries.iter_mut().zip(bounds) {
             entry.before = before;

@@ -11,14 +11,15 @@ use glam::Vec3;
 /// candidates where many lights matter, and makes the search of the tree longer.
 const OVERLAP: f64 = 8.0;
 
-/// Finds the smallest scale of boxes of influence at which a point of `surfaces` (in the device's world space) is inside
-/// enough boxes on average. Enough is [`OVERLAP`], in the mean over the points that are inside any box. With at most ten
-/// clusters of lights, it is three quarters of the number of clusters, in the mean over all points. Scales between 2⁻³⁰ and
-/// 2³⁰ are tried, in steps of a factor 2^¼; if none is sufficient, the result is 2³⁰. Each try changes the scale of `bvh`,
-/// and the last one need not be the result.
+/// Finds the smallest scale of boxes of influence at which a point of `surfaces` (in the device's world
+/// space) is inside enough boxes on average. Enough is [`OVERLAP`], in the mean over the points that are
+/// inside any box. With at most ten clusters of lights, it is three quarters of the number of clusters, in
+/// the mean over all points. Scales between 2⁻³⁰ and 2³⁰ are tried, in steps of a factor 2^¼; if none is
+/// sufficient, the result is 2³⁰. Each try changes the scale of `bvh`, so that the caller must not use the
+/// scale that remains in it.
 pub fn fitting(bvh: &mut LightBvh, lights: &[NearLight], surfaces: &[Vec3]) -> f32 {
-    // Up to ten clusters are too few for that number: three quarters of them are wanted, in the mean over all points. Over those
-    // that a box holds the points on the emitters themselves would do.
+    // With at most ten clusters, three quarters of them are wanted, in the mean over all points. In a mean
+    // over only the points inside some box, points on the emitters themselves would be enough.
     let three_quarters = 0.75 * bvh.cluster_count() as f64;
     let wanted = OVERLAP.min(three_quarters);
     let mut overlap = |scale: f32| {

@@ -23,11 +23,12 @@ const CLUSTERS_AT_ONCE: usize = 4096;
 const OFFSET: f32 = 4e-6;
 
 impl LightBvh {
-    /// Limits the box of influence of each cluster to the surfaces that rays from its lights reach. `RAYS` rays per cluster
-    /// start at random points of its lights, in random directions. Their maximum length is the cluster's radius of
-    /// influence. `trace` returns the distance to each ray's hit in the device's units, or a negative value for a ray
-    /// without a hit. A cluster without power gets no rays; if it is switched on later, its box has the full radius on every
-    /// side.
+    /// Limits the box of influence of each cluster (the box outside of which the cluster is not found) to the
+    /// surfaces that rays from its lights reach. `RAYS` rays per cluster start at random points of its
+    /// lights, in random directions. Their maximum length is the cluster's radius of influence. `trace`
+    /// returns the distance to each ray's hit in the device's units, or a negative value for a ray without a
+    /// hit. A cluster without power gets no rays; if it is switched on later, its box has the full radius on
+    /// every side.
     ///
     /// # Errors
     /// `trace` returns an error.
@@ -112,7 +113,7 @@ fn point(lights: &Lights, index: usize, random: &mut Random) -> (Vec3, Vec3) {
     }
 }
 
-/// A random unit vector, distributed uniformly over the sphere.
+/// A random unit vector, distributed uniformly over the sphere, for the direction of a ray from a light.
 fn direction(random: &mut Random) -> Vec3 {
     let z = random.between(-1.0, 1.0);
     let (sine, cosine) = (TAU * random.unit()).sin_cos();

@@ -24,14 +24,14 @@ impl Model {
     }
 }
 
-/// Builds a scene step by step, with functions that add meshes, images, instances and cameras. The field is the scene with
-/// all objects that were added so far. It is empty at the beginning.
+/// A scene that is being built step by step, with functions that add meshes, images, instances and cameras.
+/// The field is the scene with all objects that were added so far; it starts empty.
 #[derive(Default)]
 pub struct Builder(pub Scene);
 
 impl Builder {
-    /// Adds a mesh that has one part and one material, and returns the index of the mesh. It becomes visible when
-    /// [`Builder::place`] adds an instance of it.
+    /// Adds a mesh with one part and one material, and returns the index of the mesh. [`Builder::place`] adds
+    /// an instance of it, which makes it visible.
     pub fn mesh(&mut self, material: Material, shape: Shape) -> u32 {
         let triangles = (shape.positions.len() / 3) as u32;
         self.0.meshes.push(Mesh {
@@ -52,15 +52,17 @@ impl Builder {
         self.0.meshes.len() as u32 - 1
     }
 
-    /// Sets the first set of texture coordinates of the mesh with this index. `laid` computes the coordinates of a vertex
-    /// from its position in object space, in metres.
+    /// Gives the mesh with the index `mesh` its first set of texture coordinates, by which the textures of
+    /// its material are mapped. `laid` computes the coordinates of a vertex from its position in object
+    /// space, in metres.
     pub fn lay(&mut self, mesh: u32, laid: impl Fn(Vec3) -> Vec2) {
         let mesh = &mut self.0.meshes[mesh as usize];
         mesh.uvs[0] = mesh.positions.iter().map(|p| laid(*p)).collect();
     }
 
-    /// Adds a texture image of `side` × `side` texels, and returns its index, by which materials refer to it. `texel`
-    /// computes the RGBA bytes of the texel at (column, row), counted from the top left.
+    /// Adds an image of `side` × `side` texels for textures, and returns its index in the scene, by which
+    /// textures refer to it. `texel` returns the RGBA bytes of the texel at (column, row), counted from the
+    /// top left.
     pub fn image(&mut self, name: &str, side: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> u32 {
         self.0.images.push(Image {
             name: name.into(),
@@ -73,7 +75,8 @@ impl Builder {
         self.0.images.len() as u32 - 1
     }
 
-    /// Adds an instance of the mesh with this index. `object_to_world` converts its positions to the world, in metres.
+    /// Adds an instance of the mesh with the index `mesh`, so that it is visible in the scene.
+    /// `object_to_world` converts positions of the mesh to world space, in metres.
     pub fn place(&mut self, name: &str, mesh: u32, object_to_world: DAffine3) {
         self.0.instances.push(Instance {
             name: name.into(),

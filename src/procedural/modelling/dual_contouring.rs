@@ -72,7 +72,8 @@ fn projected(body: &impl Fn(Vec3) -> f32, mut p: Vec3) -> Vec3 {
     p
 }
 
-/// The indices of a grid node along x, y and z. They also identify the cell whose lowest corner is that node.
+/// The position of a node in a grid, as its indices (from 0) along x, y and z. It also identifies the grid
+/// cell whose lowest corner is this node.
 type GridIndex = [usize; 3];
 
 /// The number of grid nodes along each side of a block. The nodes of a grid are divided into cubic blocks, which are
@@ -222,9 +223,9 @@ impl<'a> Net<'a> {
         from.0.lerp(to.0, from.1 / (from.1 - to.1))
     }
 
-    /// Dual contouring (Ju et al. 2002): places a vertex in every cell that the surface crosses, and a quad across every
-    /// edge that the surface crosses. Unlike marching cubes, it preserves sharp edges. Returns the vertices, and the
-    /// triangles as indices of vertices.
+    /// Makes the surface by dual contouring (Ju et al. 2002): places a vertex in every cell that the surface
+    /// crosses, and a quad across every edge that the surface crosses. Unlike marching cubes, this preserves
+    /// sharp edges. Returns the vertices in metres, and the triangles as indices of vertices.
     fn surface(&self) -> (Vec<Vec3>, Vec<GridIndex>) {
         let mut points = Vec::new();
         let corners: Vec<usize> = self

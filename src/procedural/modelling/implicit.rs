@@ -17,34 +17,36 @@ pub fn common(a: f32, b: f32, k: f32) -> f32 {
     -join(-a, -b, k)
 }
 
-/// The signed distance to what is left of a body when another is cut out of it. `a` is the signed distance to the first, and
-/// `b` that to the other. The edge of the cut is rounded by `k` metres.
+/// The signed distance to the difference of two bodies: the body with the signed distance `a`, from which the
+/// body with the signed distance `b` is cut out. The edge of the cut is rounded by `k` metres.
 pub fn carve(a: f32, b: f32, k: f32) -> f32 {
     common(a, -b, k)
 }
 
-/// The approximate signed distance from `p` to an axis-aligned ellipsoid. `middle` is its centre, and `radii` has its radii
-/// along x, y and z, in metres.
+/// The approximate signed distance in metres from the point `p` to an axis-aligned ellipsoid. `middle` is its
+/// centre, and `radii` has its radii along x, y and z, in metres.
 pub fn ellipsoid(p: Vec3, middle: Vec3, radii: Vec3) -> f32 {
     let q = (p - middle) / radii;
     let (size, slope) = (q.length(), (q / radii).length());
     size * (size - 1.0) / slope.max(1e-6)
 }
 
-/// The signed distance from `p` to a sphere with the centre `middle`; the radius is in metres.
+/// The signed distance in metres from the point `p` to a sphere with the centre `middle` and the radius
+/// `radius`, both in metres. It is negative inside the sphere.
 pub fn ball(p: Vec3, middle: Vec3, radius: f32) -> f32 {
     (p - middle).length() - radius
 }
 
-/// The approximate signed distance from `p` to a capsule from the point `a` to the point `b`. Its round ends have the radii
-/// `ra` and `rb` in metres, and its thickness changes evenly between them.
+/// The approximate signed distance in metres from the point `p` to a capsule from the point `a` to the point
+/// `b`. Its round ends have the radii `ra` and `rb` in metres, and its thickness changes evenly between them.
 pub fn limb(p: Vec3, (a, ra): (Vec3, f32), (b, rb): (Vec3, f32)) -> f32 {
     let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
     (p - a.lerp(b, along)).length() - (ra + (rb - ra) * along)
 }
 
-/// The signed distance from `p` to an axis-aligned box with the centre `middle`, whose edges are rounded with `radius`. The
-/// components of `half` are half the lengths of the box along X, Y and Z. All lengths are in metres.
+/// The signed distance in metres from the point `p` to an axis-aligned box with the centre `middle` and
+/// rounded edges. The components of `half` are half the lengths of the box along x, y and z, and `radius` is
+/// the radius of the edges, all in metres.
 pub fn cushion(p: Vec3, middle: Vec3, half: Vec3, radius: f32) -> f32 {
     let q = (p - middle).abs() - (half - radius);
     q.max(Vec3::ZERO).length() + q.max_element().min(0.0) - radius

@@ -4,8 +4,8 @@
 use crate::scene::Material;
 use glam::Vec3;
 
-/// A dielectric material with the diffuse colour `color` (linear RGB), and a specular lobe of this perceptual roughness in
-/// [0, 1].
+/// A dielectric material, such as stone, wood or paint, with the diffuse colour `color` (linear RGB) and a
+/// specular lobe of the perceptual roughness `roughness` in [0, 1].
 pub fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
     Material {
         name: name.into(),
@@ -16,7 +16,8 @@ pub fn dielectric(name: &str, color: Vec3, roughness: f32) -> Material {
     }
 }
 
-/// A metal whose reflectance at normal incidence is `color` (linear RGB), with this perceptual roughness in [0, 1].
+/// A metal, such as gold or steel, with the reflectance `color` (linear RGB) at normal incidence and the
+/// perceptual roughness `roughness` in [0, 1].
 pub fn metal(name: &str, color: Vec3, roughness: f32) -> Material {
     Material {
         name: name.into(),

@@ -5,12 +5,13 @@ use super::shape::Shape;
 use super::turned::Profile;
 use glam::Vec3;
 
-/// The number of straight segments between two neighbouring points of a curved profile. More segments give smoother bodies.
+/// The number of straight segments between two neighbouring points of a curved profile ([`lathe`]). More
+/// segments give smoother bodies with more triangles.
 const STEPS: usize = 4;
 
-/// A body that a profile makes when it turns around the y axis; `sides` is the number of steps of a full turn. The profile
-/// consists of pieces, from the bottom upwards. Each piece is a smooth curve through points (radius, height) in metres. Two
-/// pieces meet at a sharp edge.
+/// The body that a profile forms when it turns around the y axis; `sides` is the number of straight steps of
+/// a full turn. The profile consists of pieces, from the bottom upwards. Each piece is a smooth curve through
+/// points (radius, height) in metres, and two pieces meet at a sharp edge.
 pub fn lathe(pieces: &[&[(f32, f32)]], sides: u32) -> Shape {
     let mut body = Shape::default();
     for piece in pieces {
@@ -52,7 +53,9 @@ fn curve(points: &[(f32, f32)]) -> Vec<(f32, f32)> {
     line
 }
 
-/// An axis-aligned box by its centre and size. Its edges are rounded with `radius`. All lengths are in metres.
+/// An axis-aligned box with rounded edges and smooth normals, for cushions and other soft objects. `middle`
+/// is its centre, `size` has its lengths along x, y and z, and `radius` is the radius of the edges, all in
+/// metres.
 pub fn soft_box(middle: Vec3, size: Vec3, radius: f32) -> Shape {
     let inner = size / 2.0 - radius;
     // A sphere cut into octants that are moved apart, which keeps its normals.

@@ -12,7 +12,8 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// One flat triangle. Its front is the side from which the corners are in counter-clockwise order.
+    /// One flat triangle with the three `corners`, in metres. Its front is the side from which they appear in
+    /// counter-clockwise order.
     pub fn triangle(corners: [Vec3; 3]) -> Self {
         Self {
             positions: corners.to_vec(),
@@ -20,7 +21,8 @@ impl Shape {
         }
     }
 
-    /// A flat parallelogram. `u` and `v` are the edges that start at `corner`, and the front faces the direction u × v.
+    /// A flat parallelogram of two triangles, such as a wall or a lamp. `u` and `v` are its edges that start
+    /// at `corner`, in metres. Its front faces the direction u × v.
     pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Self {
         let [a, b, c, d] = [corner, corner + u, corner + u + v, corner + v];
         Self {
@@ -29,7 +31,8 @@ impl Shape {
         }
     }
 
-    /// An axis-aligned box between its lowest and its highest corner. Its faces point outwards.
+    /// An axis-aligned box of twelve triangles between its lowest and its highest corner, in metres. Its
+    /// faces point outwards.
     pub fn block(low: Vec3, high: Vec3) -> Self {
         let size = high - low;
         let mut shape = Self::default();
@@ -43,8 +46,8 @@ impl Shape {
         shape
     }
 
-    /// A unit sphere around the origin, with smooth normals. It is made from an icosahedron, whose triangles are divided
-    /// into four, `subdivisions` times. So it has 20 × 4^`subdivisions` triangles.
+    /// A sphere of radius 1 around the origin, with smooth normals. It is an icosahedron whose triangles are
+    /// divided into four, `subdivisions` times, so it has 20 × 4^`subdivisions` triangles.
     pub fn sphere(subdivisions: u32) -> Self {
         let g = (1.0 + 5_f32.sqrt()) / 2.0;
         let mut points = Vec::new();
@@ -86,7 +89,8 @@ impl Shape {
         }
     }
 
-    /// Flat triangles; `corners` has three positions for each, counter-clockwise seen from the front.
+    /// Flat triangles from a list of their corners, in metres: three successive positions per triangle,
+    /// counter-clockwise seen from the front.
     pub fn triangles(corners: &[Vec3]) -> Self {
         Self {
             positions: corners.to_vec(),
@@ -94,8 +98,8 @@ impl Shape {
         }
     }
 
-    /// An upright cylinder with caps and `sides` flat sides. `foot` is the centre of its lower end, and its axis points
-    /// along +Y. All lengths are in metres.
+    /// An upright cylinder with caps and `sides` flat sides. `foot` is the centre of its lower end, from
+    /// which it rises `height` along +Y; `radius` is the radius of its corners. All lengths are in metres.
     pub fn cylinder(foot: Vec3, radius: f32, height: f32, sides: u32) -> Self {
         let rim = |i: u32| {
             let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;
@@ -113,12 +117,14 @@ impl Shape {
         shape
     }
 
-    /// Triangles with smooth normals. Each triangle has three successive entries in `positions` and in `normals`.
+    /// A shape of triangles that are shaded smoothly. `positions` (in metres) and `normals` (unit vectors)
+    /// have the same length, with three successive entries per triangle.
     pub fn smooth(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
         Self { positions, normals }
     }
 
-    /// An axis-aligned box by its centre and size. Its faces point outwards.
+    /// An axis-aligned box of twelve triangles. `middle` is its centre, and `size` has its lengths along x, y
+    /// and z, in metres. Its faces point outwards.
     pub fn chunk(middle: Vec3, size: Vec3) -> Self {
         Self::block(middle - size / 2.0, middle + size / 2.0)
     }
@@ -145,14 +151,16 @@ impl Shape {
         }
     }
 
-    /// The shape without its smooth normals, so that its triangles are shaded flat.
+    /// The shape without its smooth normals, so that its triangles are shaded flat and the edges between them
+    /// are visible.
     pub fn flat(mut self) -> Self {
         self.normals.clear();
         self
     }
 
-    /// The shape with the front and the back of each triangle exchanged. The result has no normals: it is shaded flat, even
-    /// if the shape was smooth.
+    /// The shape with the front and the back of each triangle exchanged, for example to turn a box into a
+    /// room that is seen from inside. The result has no normals: it is shaded flat, even if the shape was
+    /// smooth.
     pub fn inside_out(mut self) -> Self {
         for triangle in self.positions.chunks_exact_mut(3) {
             triangle.swap(1, 2);
@@ -161,8 +169,9 @@ impl Shape {
         self
     }
 
-    /// The shape with every position p replaced by `f`(p). The normals follow: they are multiplied by the inverse transpose
-    /// of the derivative of `f`. `f` must not mirror, because that would exchange front and back.
+    /// The shape with every position p replaced by `f`(p), for example to move, scale or bend it. The normals
+    /// follow: they are multiplied by the inverse transpose of the derivative of `f`. `f` must not mirror,
+    /// because that would exchange front and back.
     pub fn map(mut self, f: impl Fn(Vec3) -> Vec3) -> Self {
         for (normal, &p) in self.normals.iter_mut().zip(&self.positions) {
             const STEP: f32 = 1e-3;
@@ -176,7 +185,8 @@ impl Shape {
         self
     }
 
-    /// The number of triangles of the shape.
+    /// The number of triangles of the shape. For an emissive shape, this is the number of lights that it adds
+    /// to a scene.
     pub fn triangle_count(&self) -> usize {
         self.positions.len() / 3
     }
@@ -195,7 +205,8 @@ impl Shape {
         runs.values().all(|&sum| sum == 0)
     }
 
-    /// The sum of the areas of all triangles, in square metres.
+    /// The sum of the areas of all triangles, in square metres. Tests check with it that a shape covers the
+    /// expected area.
     #[cfg(test)]
     pub fn area(&self) -> f32 {
         let faces = self.positions.chunks_exact(3);

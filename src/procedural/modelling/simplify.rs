@@ -1,5 +1,5 @@
-//! Mesh simplification by collapsing edges. The edges that change the surface least are collapsed first (quadrics, Garland
-//! and Heckbert 1997).
+//! Simplifies a mesh by collapsing edges. The edges that change the surface least are collapsed first
+//! (quadrics, Garland and Heckbert 1997).
 
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;

@@ -14,7 +14,8 @@ const LENGTH: f64 = 16.0;
 /// A scene that is still being built, together with the motion of its objects. [`Stage::scene`] joins the two when all
 /// objects have been added.
 pub struct Stage {
-    /// The builder of the scene's meshes, materials and instances.
+    /// The builder of the scene's meshes, materials and instances. Objects that do not move are added to it
+    /// directly.
     pub room: Builder,
     /// The motion of the scene's instances, cameras, lights and emission so far. [`Stage::scene`] puts it into the scene.
     pub motion: Motion,
@@ -28,7 +29,8 @@ impl Stage {
         }
     }
 
-    /// Finishes the construction, and returns the scene, which contains the motion of its objects.
+    /// Finishes the construction, and returns the scene with the motion of its objects. Objects without a
+    /// node of the motion stay where they are.
     pub fn scene(mut self) -> Scene {
         let mut scene = self.room.0;
         self.motion.instances.resize(scene.instances.len(), None);

@@ -7,7 +7,8 @@
 
 use glam::{Mat3, Vec3};
 
-/// The duration of one step of the simulation, in seconds.
+/// The duration of one step of the simulation, in seconds. Shorter steps make the motion more accurate, but
+/// the same fall then takes more steps.
 const STEP: f32 = 1.0 / 180.0;
 /// The number of steps between two searches for the pairs of balls that may meet. A larger number needs fewer searches, but
 /// each search then finds more pairs, which every step must test.
@@ -104,8 +105,9 @@ struct Ball {
     body: usize,
 }
 
-/// Moves two balls apart until they only touch, if they overlap; the lighter one moves further. Also brakes their sliding
-/// along each other ([`FRICTION`]).
+/// Resolves a collision of two balls: if they overlap, moves them apart until they only touch, the lighter
+/// one further, and brakes their sliding along each other ([`FRICTION`]). Balls that do not overlap stay as
+/// they are.
 fn separate(a: &mut Ball, b: &mut Ball) {
     let gap = a.at - b.at;
     let near = a.radius + b.radius;

@@ -16,7 +16,8 @@ impl Profile {
         Self(vec![vec2(radius, height)])
     }
 
-    /// A profile through points (radius, height) in metres.
+    /// A profile through these points (radius, height) in metres, in this order; a straight line joins each
+    /// point to the next. Surfaces are swept from it.
     pub fn through(points: &[(f32, f32)]) -> Self {
         Self(points.iter().map(|p| vec2(p.0, p.1)).collect())
     }
@@ -25,21 +26,24 @@ impl Profile {
         self.0.last().copied().unwrap_or_default()
     }
 
-    /// The profile with all radii increased by `by` metres.
+    /// The profile with all radii increased by `by` metres, so that the surface swept from it is wider. It
+    /// becomes narrower if `by` is negative.
     pub fn widened(mut self, by: f32) -> Self {
         self.0.iter_mut().for_each(|p| p.x += by);
         self
     }
 
-    /// Adds a straight line from the last point, `out` along the radius and `up` along the height, in metres.
+    /// Adds a straight line to the profile, from its last point to a new point, which is `out` farther along
+    /// the radius and `up` farther along the height, in metres.
     pub fn line(mut self, out: f32, up: f32) -> Self {
         self.0.push(self.last() + vec2(out, up));
         self
     }
 
-    /// Adds an arc from the last point to a new point, which is `out` farther along the radius and `up` farther along the
-    /// height, in metres. The arc consists of `steps` straight pieces, and turns by `degrees` in total. It bulges to the
-    /// right of its direction, or to the left if `degrees` is negative.
+    /// Adds an arc to the profile, from its last point to a new point, which is `out` farther along the
+    /// radius and `up` farther along the height, in metres. The arc consists of `steps` straight pieces, and
+    /// turns by `degrees` in total. It bulges to the right of its direction, or to the left if `degrees` is
+    /// negative.
     pub fn arc(mut self, out: f32, up: f32, degrees: f32, steps: u32) -> Self {
         let (from, way) = (self.last(), vec2(out, up));
         let half = degrees.to_radians() / 2.0;
@@ -127,8 +131,9 @@ impl Profile {
         Shape::smooth(positions, normals)
     }
 
-    /// The unit normals at the two ends of every segment of the profile. Where two segments meet at a bend of less than
-    /// about 45°, both get the mean of their normals. At a sharper edge, each keeps its own normal.
+    /// The unit normals at the two ends of every segment of the profile, one pair per segment, for smooth
+    /// shading. Where two segments meet at a bend of less than about 45°, both get the mean of their normals.
+    /// At a sharper edge, each keeps its own normal, so that the edge stays visible.
     fn normals(&self) -> Vec<[Vec2; 2]> {
         let flat: Vec<Vec2> = self
             .0
@@ -151,8 +156,9 @@ impl Profile {
     }
 }
 
-/// The position in space of the point `p` (radius, height) of a profile that is turned around the y axis. `turn` is in full
-/// turns, from +X towards +Z. Directions in the plane of the profile are converted in the same way.
+/// The position of the point `p` (radius, height) of a profile that is turned around the y axis by `turn`
+/// full turns, from +X towards +Z; in metres. Directions in the plane of the profile are converted in the
+/// same way.
 fn at_turn(turn: f32, p: Vec2) -> Vec3 {
     let (sin, cos) = (turn * TAU).sin_cos();
     Vec3::new(p.x * cos, p.y, p.x * sin)

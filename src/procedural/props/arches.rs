@@ -1,5 +1,5 @@
-//! Round arches: the flat wall around an arch, and mouldings along its edge. They face +Z. The origin is in the middle
-//! between the two sides of the opening, at its foot.
+//! Shapes of round arches: the flat wall around an arch, and mouldings along its edge, with their fronts
+//! towards +Z. The origin is in the middle between the two sides of the opening, at its foot.
 
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Vec2, Vec3, vec3};
@@ -12,7 +12,8 @@ pub struct Arch {
     pub radius: f32,
     /// The height in metres, above the foot of the opening, at which the round part begins.
     pub spring: f32,
-    /// The number of straight segments of the half circle.
+    /// The number of straight segments of the half circle. More segments give a rounder arch with more
+    /// triangles.
     pub steps: u32,
 }
 
@@ -23,7 +24,8 @@ impl Arch {
         Vec2::new(self.radius * cos, self.spring + self.radius * sin)
     }
 
-    /// The flat wall around the opening. It reaches `half` metres from the middle to each side, and is `height` metres high.
+    /// The flat wall around the opening, in the plane z = 0, with its front towards +Z. It reaches `half`
+    /// metres from the middle of the opening to each side, and from its foot up to `height` metres.
     pub fn wall(&self, half: f32, height: f32) -> Shape {
         let mut wall = self.spandrel(half, height);
         for (from, to) in [(-half, -self.radius), (self.radius, half)] {
@@ -36,8 +38,9 @@ impl Arch {
         wall
     }
 
-    /// The upper part of the flat wall around the opening, which begins at the height [`Self::spring`]. It reaches `half`
-    /// metres from the middle to each side, and up to `height` metres.
+    /// The upper part of the flat wall around the opening, for example above columns. It begins at the height
+    /// [`Self::spring`], reaches up to `height` metres, and `half` metres from the middle of the opening to
+    /// each side.
     pub fn spandrel(&self, half: f32, height: f32) -> Shape {
         let mut wall = Shape::default();
         let mut face = |a: Vec2, b: Vec2, c: Vec2| {

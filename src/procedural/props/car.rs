@@ -1,4 +1,5 @@
-//! A small round car of the 1950s, which stands at the origin with its front towards +Z. Lengths are in metres.
+//! A small round car of the 1950s, for the scene `garage`. It stands at the origin with its front towards +Z.
+//! Lengths are in metres.
 
 use crate::procedural::modelling::dual_contouring::{Detail, surface, ticks};
 use crate::procedural::modelling::implicit::{carve, common, cushion, ellipsoid, join, limb};
@@ -6,15 +7,19 @@ use crate::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
 use crate::scene::Material;
 use glam::{Vec3, vec3};
 
-/// The distance of each wheel from the car's middle plane x = 0, in metres.
+/// The distance of each wheel from the car's middle plane x = 0, in metres. The left and the right wheels are
+/// twice as far apart.
 const TRACK: f32 = 0.64;
-/// The distance of each axle from the car's middle plane z = 0, in metres.
+/// The distance of each axle from the car's middle plane z = 0, in metres. The wheels and the wheel arches
+/// are placed by it.
 const BASE: f32 = 1.13;
-/// The radius of the wheels, in metres.
+/// The radius of the wheels, in metres. It is also the height of the axles, and the wheel arches are slightly
+/// larger.
 const WHEEL: f32 = 0.31;
 
-/// The signed distance to the outer surface of the body and the cabin, without windows and wheel arches, which are cut out
-/// later. `m` is the point; the caller mirrors it to the side +x, because the car is symmetric.
+/// The signed distance in metres to the outer surface of the body and the cabin, without windows and wheel
+/// arches, which are cut out later. `m` is the point; the caller mirrors it to the side +x, because the car
+/// is symmetric.
 fn form(m: Vec3) -> f32 {
     let mut hull = cushion(m, vec3(0.0, 0.52, -0.05), vec3(0.68, 0.3, 1.7), 0.24);
     let bonnet = ellipsoid(m, vec3(0.0, 0.6, 0.95), vec3(0.5, 0.32, 0.92));
@@ -33,8 +38,8 @@ fn form(m: Vec3) -> f32 {
     common(form, 0.2 - m.y, 0.06)
 }
 
-/// The signed distance to the volumes that are cut out of the cabin as windows. `m` is the point; the caller mirrors it to
-/// the side +x, because the car is symmetric.
+/// The signed distance in metres to the volumes that are cut out of the cabin as windows. `m` is the point;
+/// the caller mirrors it to the side +x, because the car is symmetric.
 fn windows(m: Vec3) -> f32 {
     let side = |from: f32, to: f32| {
         let middle = vec3(0.85, 1.09, (from + to) / 2.0);
@@ -69,7 +74,8 @@ fn glass(p: Vec3) -> f32 {
     common(form(m) + 0.013, 0.8 - m.y, 0.02)
 }
 
-/// A rod along X with round ends. `middle` is its centre, `length` includes the ends, and all lengths are in metres.
+/// A rod along X with round ends, for bumpers and door handles. `middle` is its centre, and `length` includes
+/// the ends. All lengths are in metres.
 fn rod(middle: Vec3, length: f32, radius: f32) -> Shape {
     let straight = length - 2.0 * radius;
     Profile::new(0.0, -length / 2.0)
@@ -80,8 +86,8 @@ fn rod(middle: Vec3, length: f32, radius: f32) -> Shape {
         .map(|p| vec3(p.y, -p.x, p.z) + middle)
 }
 
-/// Rotates a shape so that its axis, which is +Y, points to the front of the car (+Z), and then moves it by `to` in metres.
-/// Lamps and other parts that are turned around +Y are placed with it.
+/// Rotates a shape so that its axis, which is +Y, points to the front of the car (+Z), and then moves it by
+/// `to` in metres. Lamps, which are made by turning a profile around +Y, are placed with it.
 fn forwards(shape: Shape, to: Vec3) -> Shape {
     shape.map(|p| vec3(p.x, -p.z, p.y) + to)
 }
@@ -147,7 +153,8 @@ fn front(model: &mut Model, chrome: &Material) {
     }
 }
 
-/// The whole car, as one shape for each material. `paint` is the colour of its body (linear RGB).
+/// The whole car, as one shape for each material. It stands on the ground at the origin and faces +Z; it is
+/// about 1.7 m wide and 3.7 m long. `paint` is the colour of its body (linear RGB).
 pub fn car(paint: Vec3) -> Model {
     let grid = |step: f32| {
         [

@@ -1,4 +1,5 @@
-//! Houses of a city that is seen from above, with bands of windows, and flat roofs with water tanks and signs.
+//! Houses for the scene `city-grid`, which shows a city from above. They have bands of windows, and flat
+//! roofs with water tanks and signs.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe, metal};

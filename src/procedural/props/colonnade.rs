@@ -1,29 +1,35 @@
-//! The parts of an arcade: columns, piers, arches with the wall above them, and balustrades. Each part is at the origin,
-//! with its front towards +Z. Lengths are in metres.
+//! The parts of an arcade, for the scene `atrium`: columns, piers, arches with the wall above them, and
+//! balustrades. Each part is at the origin, with its front towards +Z. Lengths are in metres.
 
 use super::arches::Arch;
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Vec2, Vec3, vec3};
 
-/// The width of a bay in metres. A bay is the section of the arcade with one arch.
+/// The width of a bay in metres. A bay is the section of the arcade with one arch; neighbouring columns are
+/// this far apart.
 pub const BAY: f32 = 2.6;
-/// The thickness of the arcade's wall, in metres.
+/// The thickness of the arcade's wall above the columns, in metres; the wall reaches half of it to both sides
+/// of its middle plane.
 pub const THICK: f32 = 0.5;
-/// The height of a storey, in metres.
+/// The height of a storey of the arcade, from one floor to the next, in metres. The wall above an arch ends
+/// at this height.
 pub const STOREY: f32 = 4.9;
-/// The height above the floor of a storey at which the round part of an arch begins, in metres.
+/// The height above the floor of a storey at which the round part of an arch begins, in metres. The columns
+/// under the arch end there.
 pub const SPRING: f32 = 3.0;
-/// The height of a balustrade, in metres.
+/// The height of a pedestal of the upper storey, on which a column stands, in metres. The balustrade between
+/// two pedestals is 3 cm lower.
 pub const RAIL: f32 = 0.95;
 
-/// A square slab around the y axis, between the heights `from` and `to`. `half` is half its width. Lengths are in metres.
+/// A square slab around the y axis, between the heights `from` and `to`, for example as the foot of a column.
+/// `half` is half the length of its sides. Lengths are in metres.
 fn slab(half: f32, from: f32, to: f32) -> Shape {
     Shape::block(vec3(-half, from, -half), vec3(half, to, half))
 }
 
-/// A column with `sides` sides, which stands at the origin. Its abacus (the slab on top) reaches slightly above the height
-/// `height`, so that it can enter the wall that it carries. `radius` is the radius of the shaft at its foot. Both lengths
-/// are in metres.
+/// A round column with `sides` flat sides around its axis, which stands at the origin. `radius` is the radius
+/// of the shaft at its foot. The abacus (the slab on top) reaches slightly above `height`, so that it can
+/// enter the wall that the column carries. Both lengths are in metres.
 pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
     let r = radius;
     let (foot, head) = (0.6 * r, height - 0.55 * r);
@@ -67,7 +73,8 @@ pub fn column(height: f32, radius: f32, sides: u32) -> Shape {
     column
 }
 
-/// A square pier as high as a storey. It stands where two arcades meet in a corner of the court.
+/// A square pier at the origin, [`STOREY`] metres high and at most 0.76 m wide. It stands where two arcades
+/// meet in a corner of the court.
 pub fn pier() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.38, 0.0)
@@ -122,8 +129,9 @@ pub fn arch() -> Shape {
     both
 }
 
-/// The moulding of a blind arch, which decorates a wall without an opening. The wall is not part of the shape; its face is
-/// the plane z = 0. The origin is at the foot of the wall, in the middle of the arch.
+/// The moulding of a blind arch, which decorates a wall without an opening. It is 2.5 m high up to the round
+/// part, whose radius is 0.8 m. The wall is not part of the shape; its face is the plane z = 0. The origin is
+/// at the foot of the wall, in the middle of the arch.
 pub fn blind_arch() -> Shape {
     let arch = Arch {
         radius: 0.8,
@@ -158,8 +166,9 @@ fn baluster(sides: u32) -> Shape {
     turned
 }
 
-/// The balustrade of one bay. It fills the space between the two pedestals on which the columns of the bay stand. Each
-/// baluster has `sides` sides.
+/// The balustrade of one bay, 0.92 m high: nine balusters between a rail and a foot. It fills the space
+/// between the two pedestals on which the columns of the bay stand. Each baluster has `sides` flat sides
+/// around its axis.
 pub fn balustrade(sides: u32) -> Shape {
     let long = BAY - 0.56;
     let mut all = Shape::default();
@@ -194,7 +203,8 @@ pub fn balustrade(sides: u32) -> Shape {
     all
 }
 
-/// The pedestal under a column of the upper storey. It is as high as the balustrade, which ends at it.
+/// The square pedestal under a column of the upper storey, [`RAIL`] metres high and 0.6 m wide. The
+/// balustrades on both sides end at it.
 pub fn pedestal() -> Shape {
     Profile::new(0.0, 0.0)
         .line(0.3, 0.0)

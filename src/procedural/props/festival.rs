@@ -1,5 +1,6 @@
-//! Decoration of a street: strings of paper lanterns, market stalls with bulbs, and pennants. Each emissive triangle is
-//! taken from a budget, so that the street has exactly the number of lights that the user asks for.
+//! Decoration for the scene `street`: strings of paper lanterns, market stalls with bulbs, and pennants. Each
+//! emissive triangle is subtracted from a number that is left, so that the street has exactly as many lights
+//! as the user asks for.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Shape, dielectric, emitter, lathe};
@@ -245,8 +246,8 @@ impl Festival {
     }
 }
 
-/// The paper of a lantern: a barrel around the origin, open above and below. `radius` is the largest radius of the barrel in
-/// metres.
+/// The paper of a lantern: a barrel around the origin, open above and below, which emits light in the scene.
+/// `radius` is its largest radius in metres, and its height is 2.2 times as much.
 fn paper(radius: f32) -> Shape {
     let r = radius;
     let side = [
@@ -261,7 +262,8 @@ fn paper(radius: f32) -> Shape {
     lathe(&bands, 8).flat()
 }
 
-/// A square bar from one point to another; `half` is half its thickness in metres.
+/// A straight bar with a square cross-section from one point to another, for cords. `half` is half its
+/// thickness. Lengths are in metres.
 fn rod(from: Vec3, to: Vec3, half: f32) -> Shape {
     let along = to - from;
     let side = along.normalize().any_orthonormal_vector();

@@ -1,12 +1,13 @@
-//! Furniture. Each piece stands on the floor at the origin, with its front towards +Z. Lengths are in metres.
+//! Furniture for the scene `two-rooms`. Each piece stands on the floor at the origin, with its front towards
+//! +Z. Lengths are in metres.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Builder, Model, Shape, dielectric, lathe, metal, soft_box};
 use crate::scene::Material;
 use glam::{DAffine3, DQuat, Vec3};
 
-/// A piece of furniture that is placed as a whole. All its flat shapes become one mesh without normals, with one part for
-/// each material. Its smooth shapes become one mesh for each material.
+/// A piece of furniture that is placed as a whole with [`Self::put`]. All its flat shapes become one mesh
+/// without normals, with one part for each material. Its smooth shapes become one mesh for each material.
 #[derive(Default)]
 pub struct Piece {
     flat: Model,
@@ -14,7 +15,8 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Adds a shape without normals, which is shaded flat, to the piece.
+    /// Adds a shape without normals, which is shaded flat, to the piece. All flat shapes of the piece become
+    /// one mesh.
     pub fn flat(&mut self, material: &Material, shape: Shape) {
         self.flat.add(material, shape);
     }
@@ -44,8 +46,9 @@ impl Piece {
     }
 }
 
-/// Four upright legs, at the corners of a rectangle around the origin. `half.x` and `half.z` are half the lengths of the
-/// rectangle's sides along X and Z; `half.y` is not used. All lengths are in metres.
+/// Four upright square legs of a piece of furniture, at the corners of a rectangle around the origin.
+/// `half.x` and `half.z` are half the lengths of the rectangle's sides along X and Z; `half.y` is not used.
+/// All lengths are in metres.
 fn legs(half: Vec3, height: f32, thickness: f32) -> Shape {
     let mut legs = Shape::default();
     for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
@@ -58,7 +61,8 @@ fn legs(half: Vec3, height: f32, thickness: f32) -> Shape {
     legs
 }
 
-/// A wooden chair whose back has three horizontal slats.
+/// A chair of the material `wood`, 0.95 m high, whose back has three horizontal slats. It stands at the
+/// origin and faces +Z.
 pub fn chair(wood: &Material) -> Piece {
     let mut chair = Piece::default();
     let half = Vec3::new(0.19, 0.0, 0.19);
@@ -82,7 +86,8 @@ pub fn chair(wood: &Material) -> Piece {
     chair
 }
 
-/// An armchair made of cushions that are covered with `cloth`, on short wooden legs.
+/// An armchair, about 0.9 m wide and 1 m high: cushions of the material `cloth` on short legs of the material
+/// `wood`. It stands at the origin and faces +Z.
 pub fn armchair(cloth: &Material, wood: &Material) -> Piece {
     let mut chair = Piece::default();
     chair.flat(wood, legs(Vec3::new(0.32, 0.0, 0.3), 0.2, 0.05));
@@ -99,7 +104,8 @@ pub fn armchair(cloth: &Material, wood: &Material) -> Piece {
     chair
 }
 
-/// A round table on one foot. `radius` is the radius of its top, and `height` the height of the top, in metres.
+/// A round table on one foot, which stands at the origin. `radius` is the radius of its top, and `height` is
+/// the height of the upper side of the top, in metres.
 pub fn round_table(wood: &Material, radius: f32, height: f32) -> Piece {
     let mut table = Piece::default();
     let (h, r) = (height, radius);
@@ -132,7 +138,8 @@ pub fn round_table(wood: &Material, radius: f32, height: f32) -> Piece {
     table
 }
 
-/// A bookcase of `width` × `height` metres, full of books. `random` chooses the sizes and colours of the books.
+/// A bookcase full of books, `width` × `height` metres and 0.28 m deep. It stands at the origin, with its
+/// open front towards +Z. `random` chooses the sizes and colours of the books.
 pub fn bookcase(wood: &Material, width: f32, height: f32, random: &mut Random) -> Piece {
     let mut case = Piece::default();
     let deep = 0.28;
@@ -184,7 +191,7 @@ pub fn bookcase(wood: &Material, width: f32, height: f32, random: &mut Random) -
     case
 }
 
-/// The material of a book's cover. `random` chooses one of seven colours.
+/// The material of one book: a dielectric of roughness 0.5. `random` chooses one of seven colours.
 pub fn book(random: &mut Random) -> Material {
     let cover = random.pick(&[
         [0.35, 0.05, 0.05],
@@ -198,8 +205,8 @@ pub fn book(random: &mut Random) -> Material {
     dielectric("book", Vec3::from(cover), 0.5)
 }
 
-/// A framed picture of random coloured rectangles, `width` × `height` metres. It is centred at the origin, with its back at
-/// about z = 0.
+/// A framed picture to hang on a wall, `width` × `height` metres, of coloured rectangles that `random`
+/// chooses. It is centred at the origin and faces +Z, with its back at about z = 0.
 pub fn picture(frame: &Material, width: f32, height: f32, random: &mut Random) -> Piece {
     let mut picture = Piece::default();
     picture.flat(
@@ -235,7 +242,8 @@ pub fn picture(frame: &Material, width: f32, height: f32, random: &mut Random) -
     picture
 }
 
-/// A glazed vase with a narrow neck, `height` metres high and open at the top.
+/// A vase of the material `glaze` with a narrow neck, `height` metres high and open at the top. It stands at
+/// the origin; its largest radius is about 0.36 × `height`.
 pub fn vase(glaze: &Material, height: f32) -> Piece {
     let mut vase = Piece::default();
     let side = [
@@ -260,7 +268,8 @@ pub fn vase(glaze: &Material, height: f32) -> Piece {
     vase
 }
 
-/// A pot with a plant that has 26 long bent leaves. `random` chooses their lengths and directions.
+/// A potted plant with 26 long bent leaves, up to about 1.4 m high. It stands at the origin. `random` chooses
+/// the lengths and directions of the leaves.
 pub fn plant(pot: &Material, leaf: &Material, random: &mut Random) -> Piece {
     let mut plant = Piece::default();
     let outside = [(0.12, 0.0), (0.17, 0.2), (0.19, 0.36)];
@@ -296,7 +305,8 @@ pub fn plant(pot: &Material, leaf: &Material, random: &mut Random) -> Piece {
     plant
 }
 
-/// A standing lamp with a shade. It is switched off, so that it emits no light.
+/// A standing lamp with a shade, 1.66 m high, at the origin. It is switched off: it emits no light, and only
+/// reflects light and casts shadows.
 pub fn dark_lamp(iron: &Material, shade: &Material) -> Piece {
     let mut lamp = Piece::default();
     let pole = [(0.15, 0.0), (0.14, 0.025), (0.02, 0.04), (0.012, 0.1)];
@@ -313,7 +323,8 @@ pub fn dark_lamp(iron: &Material, shade: &Material) -> Piece {
     lamp
 }
 
-/// A silver bowl with four fruits. `random` chooses the colours of the fruits.
+/// A silver bowl with four fruits, 0.32 m wide, which stands at the origin. `random` chooses the colours of
+/// the fruits.
 pub fn fruit_bowl(random: &mut Random) -> Piece {
     let mut bowl = Piece::default();
     let outside = [(0.06, 0.0), (0.12, 0.03), (0.16, 0.09)];
@@ -337,7 +348,8 @@ pub fn fruit_bowl(random: &mut Random) -> Piece {
     bowl
 }
 
-/// A low cupboard on legs, `width` metres wide. It has two doors, each with a knob.
+/// A low cupboard on legs, `width` metres wide and 0.8 m high, which stands at the origin. Its front, towards
+/// +Z, has two doors, each with a knob of the material `knob`.
 pub fn sideboard(wood: &Material, knob: &Material, width: f32) -> Piece {
     let mut board = Piece::default();
     board.flat(

@@ -1,4 +1,5 @@
-//! Half-timbered houses of a street: shops at the bottom, storeys above that jut out and have lit windows, and steep roofs.
+//! Half-timbered houses for the scene `street`: shops at the bottom, storeys above that jut out and have lit
+//! windows, and steep roofs.
 
 use super::festival::{Festival, Spot};
 use crate::base::random::Random;
@@ -109,8 +110,8 @@ fn gable(
     }
 }
 
-/// Adds the windows of one storey, of which about half are lit. `width` is the width of the house, `out` is the x coordinate
-/// of the storey's front, and `foot` is the height of the storey's floor, in metres.
+/// Adds the windows of one storey; about half of them emit light. `width` is the width of the house, `out` is
+/// the x coordinate of the storey's front, and `foot` is the height of the storey's floor, in metres.
 fn windows(
     street: &mut Festival,
     random: &mut Random,

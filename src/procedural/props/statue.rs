@@ -1,4 +1,5 @@
-//! A classical bust on a round foot, as one shape of about 3,000 triangles with smooth normals.
+//! A classical bust on a round foot, as one shape of about 3,000 triangles with smooth normals. The scenes
+//! `atrium`, `garage` and `statue-room` show it in different materials and sizes.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::dual_contouring::{Detail, surface, ticks};
@@ -6,17 +7,20 @@ use crate::procedural::modelling::implicit::{ball, carve, common, ellipsoid, joi
 use crate::procedural::modelling::{Profile, Shape};
 use glam::{Mat3, Vec3, vec3};
 
-/// The height above the ground at which the round foot of a bust ends and the stem of the bust begins, in metres.
+/// The height above the ground, in metres, of the lower end of the bust's stem: the centre of its round end,
+/// which enters the foot of the bust.
 const FOOT: f32 = 0.135;
-/// The height of the middle of the head above the ground, in metres.
+/// The height of the middle of the head above the ground, in metres. The body is modelled with the middle of
+/// the head at the origin, and then raised by this height.
 const HEAD: f32 = 0.545;
 
-/// The random properties of a bust, by which it differs from other busts. Its signed distance function and its pose are
-/// computed from them.
+/// The random properties of a bust, which make each bust different. The signed distance function and the pose
+/// of the bust are computed from them.
 struct Sitter {
-    /// The rotation of the head around the vertical axis, which turns the face to a side, in radians.
+    /// The rotation of the head around the vertical axis, in radians. It turns the face to a side; 0 looks
+    /// ahead.
     turn: f32,
-    /// The tilt of the head towards a shoulder, in radians.
+    /// The tilt of the head towards a shoulder, in radians; 0 is upright.
     tilt: f32,
     /// The number of locks of hair around the head. It is a whole number, stored as a float because it is a factor in the
     /// formula of the hair.
@@ -25,7 +29,8 @@ struct Sitter {
     nose: f32,
     /// A random factor on the width of the jaw, from 0.94 to 1.06.
     jaw: f32,
-    /// The distance from one fold of the cloth to the next, in metres.
+    /// The distance from one fold of the cloth on the chest to the next, in metres. A larger distance gives
+    /// fewer folds.
     fold: f32,
 }
 
@@ -138,7 +143,8 @@ impl Sitter {
     }
 }
 
-/// A bust with random features, 0.68 m high, on its foot. It stands at the origin and faces +Z.
+/// A bust on its foot, 0.68 m high, as one shape with smooth normals. `random` chooses its features and its
+/// pose. It stands at the origin and faces +Z.
 pub fn bust(random: &mut Random) -> Shape {
     let sitter = Sitter::new(random);
     let across = [(-0.055, 0.01), (0.055, 0.004), (0.24, 0.01)];

@@ -1,4 +1,4 @@
-//! The contents of a garage: a workbench, tools, shelves, crates and drums. Lengths are in metres.
+//! The contents of the scene `garage`: a workbench, tools, shelves, crates and drums. Lengths are in metres.
 
 use crate::base::random::Random;
 use crate::procedural::modelling::{Model, Profile, Shape, dielectric, metal};
@@ -18,7 +18,8 @@ fn timber(name: &str, light: f32) -> Material {
     dielectric(name, vec3(0.42, 0.27, 0.14) * light, 0.5)
 }
 
-/// A crate of wooden slats on a frame, which stands at the origin. `size` has its width, height and depth in metres.
+/// A closed crate of wooden slats on a frame, which stands at the origin. `size` has its width, height and
+/// depth (along x, y and z) in metres.
 pub fn crate_of(size: Vec3) -> Model {
     let mut model = Model::default();
     let half = size / 2.0;
@@ -66,7 +67,8 @@ pub fn crate_of(size: Vec3) -> Model {
     model
 }
 
-/// A cardboard box with a strip of tape, which stands at the origin. `size` has its width, height and depth in metres.
+/// A cardboard box with a strip of tape, which stands at the origin. `size` has its width, height and depth
+/// in metres, and `random` chooses its tint. Shelves and the workbench carry such boxes.
 fn carton(random: &mut Random, size: Vec3) -> Model {
     let mut model = Model::default();
     let tint = random.pick(&[[0.45, 0.31, 0.18], [0.36, 0.24, 0.13], [0.52, 0.4, 0.26]]);
@@ -81,7 +83,8 @@ fn carton(random: &mut Random, size: Vec3) -> Model {
     model
 }
 
-/// A tin with a rim and a label of a random colour, which stands at the origin. `radius` and `height` are in metres.
+/// A tin with a rim and a label, which stands at the origin. `radius` and `height` are in metres, and
+/// `random` chooses the colour of the label. Shelves and the workbench carry such tins.
 fn tin(random: &mut Random, radius: f32, height: f32) -> Model {
     let mut model = Model::default();
     let steel = metal("tin", Vec3::splat(0.6), 0.3);
@@ -108,8 +111,8 @@ fn tin(random: &mut Random, radius: f32, height: f32) -> Model {
     model
 }
 
-/// Five steel shelves above each other, `wide` metres along X, with their backs towards −Z. Boxes and tins fill each shelf,
-/// but there are at most `things` on each.
+/// Five steel shelves above each other, 2.2 m high and `wide` metres along X, with their backs towards −Z.
+/// Boxes and tins fill each shelf, at most `things` of them per shelf; `random` chooses them.
 pub fn shelves(random: &mut Random, wide: f32, things: u32) -> Model {
     let mut model = Model::default();
     let steel = metal("shelf", vec3(0.2, 0.24, 0.27), 0.45);
@@ -152,7 +155,8 @@ pub fn shelves(random: &mut Random, wide: f32, things: u32) -> Model {
     model
 }
 
-/// A workbench, 2.4 m wide, with a vise, a toolbox, tins and boxes. It stands at the origin, and its back is towards −Z.
+/// A workbench, 2.4 m wide and 0.9 m high, with a vise, a toolbox, tins and boxes. It stands at the origin,
+/// and its back is towards −Z. `random` chooses the sizes and colours of tins and boxes.
 pub fn bench(random: &mut Random) -> Model {
     let mut model = Model::default();
     let (top, leg) = (timber("bench top", 0.9), timber("bench legs", 0.55));
@@ -223,7 +227,8 @@ pub fn bench(random: &mut Random) -> Model {
     model
 }
 
-/// A board, 2.2 m wide, on which tools hang. The middle of its lower edge is at the origin, and it faces +Z.
+/// A board, 2.2 m wide and 0.9 m high, on which twelve tools hang. The middle of its lower edge is at the
+/// origin, and it faces +Z. `random` chooses the sizes and grips of the tools.
 pub fn tools(random: &mut Random) -> Model {
     let mut model = Model::default();
     let board = Material::lambert("tool board", vec3(0.5, 0.42, 0.3));
@@ -267,7 +272,8 @@ pub fn tools(random: &mut Random) -> Model {
     model
 }
 
-/// An oil drum that stands at the origin. `paint` is its colour (linear RGB).
+/// An oil drum, 0.87 m high and about 0.6 m wide, which stands at the origin. `paint` is its colour (linear
+/// RGB).
 pub fn drum(paint: Vec3) -> Model {
     let mut model = Model::default();
     let mut side = Profile::new(0.0, 0.0).line(0.29, 0.0);
@@ -279,7 +285,7 @@ pub fn drum(paint: Vec3) -> Model {
     model
 }
 
-/// A pile of `count` tyres that lie on each other, at the origin.
+/// A pile of `count` tyres that lie on each other, at the origin. Each tyre is 0.2 m high and 0.64 m wide.
 pub fn tyres(count: u32) -> Model {
     let mut model = Model::default();
     let rubber = dielectric("old tyres", Vec3::splat(0.03), 0.6);

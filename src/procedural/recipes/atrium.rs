@@ -44,14 +44,17 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The number of arches along each short side of the court.
+/// The number of arches along each short side of the court. The parameter `bays` is this number for the long
+/// sides.
 const ACROSS: u32 = 3;
-/// The distance from the middle plane of an arcade to the wall of its gallery, in metres. A gallery is the passage behind an
-/// arcade.
+/// The depth of a gallery (the passage behind an arcade): the distance from the middle plane of the arcade to
+/// the outer wall, in metres.
 const GALLERY: f32 = 2.7;
-/// The height of a gallery's ceiling above the gallery's floor, in metres. A gallery is the passage behind an arcade.
+/// The height of the ceiling of a gallery (the passage behind an arcade) above its floor, in metres. Beams
+/// and lamps hang from it.
 const CEILING: f32 = 4.6;
-/// The height of the court's ceiling above the lower floor, in metres.
+/// The height of the court's ceiling above the lower floor, in metres: two storeys, and 0.75 m for the
+/// cornice above them.
 const TOP: f32 = 2.0 * STOREY + 0.75;
 
 /// One side of the court, and the number `bays` of its arches. The parts of an arcade are made at the origin with their
@@ -102,9 +105,9 @@ impl Side {
     }
 }
 
-/// A horizontal ring at the height `y`, between an inner and an outer rectangle around the y axis. It is a floor or a
-/// ceiling of the galleries. `inner` and `outer` have half the lengths of the sides of these rectangles along X and Z, in
-/// metres. The ring faces up if `up` is true, and down if it is false.
+/// A horizontal ring between an inner and an outer rectangle around the y axis: a floor or a ceiling of the
+/// galleries. `inner` and `outer` have half the lengths of the sides of these rectangles along X and Z, and
+/// `y` is the height of the ring, all in metres. The ring faces up if `up` is true, and down if it is false.
 fn ring(inner: Vec2, outer: Vec2, y: f32, up: bool) -> Shape {
     let corners = |half: Vec2| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
@@ -308,7 +311,8 @@ fn lantern(model: &mut Model, eye: Vec3, behind: Vec3, beyond: f32, y: [f32; 2],
     model.add(&brass, cap.turned(20).map(|p| p + to));
 }
 
-/// The round steps and the drum on which the bust stands, as one shape at the origin.
+/// The base of the bust: two round steps and a drum, 1.41 m high in total, as one shape. Its foot is at the
+/// origin, and its largest radius is 1.25 m.
 fn drum() -> Shape {
     Profile::new(0.0, 0.0)
         .line(1.25, 0.0)

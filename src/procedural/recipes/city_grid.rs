@@ -29,19 +29,23 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The width of a square block in metres, including the pavement around its houses.
+/// The width of a square block in metres, including the pavement around its houses. Roads separate the
+/// blocks.
 const BLOCK: f32 = 38.0;
-/// The width of a road, in metres.
+/// The width of a road between two rows of blocks, in metres. It has one lane for each direction.
 const ROAD: f32 = 11.0;
-/// The distance from the centre of one block to that of the next, in metres.
+/// The distance from the centre of one block to the centre of the next, in metres. The blocks are placed with
+/// this spacing along X and Z.
 const PITCH: f32 = BLOCK + ROAD;
-/// The height of the pavement above the road, in metres.
+/// The height of the pavement above the road, in metres. Houses, lamps and trees stand on the pavement.
 const KERB: f32 = 0.15;
-/// The width of the pavement between the road and the houses, in metres.
+/// The width of the pavement between the road and the area of the houses, in metres. The lamps and the trees
+/// along the road stand on this strip.
 const WALK: f32 = 3.2;
 
-/// The meshes of the objects that the scene has many times (lamp posts, trees and cars), as indices of meshes. Each mesh is
-/// stored once, and every object is an instance of it, so that large cities fit into memory.
+/// The meshes of the objects that the scene has many times (lamp posts, trees and cars), as indices into the
+/// scene's meshes. Each mesh is stored once, and every object is an instance of it, so that large cities fit
+/// into memory.
 struct Stock {
     posts: [(u32, u32); 2],
     tree: [u32; 2],
@@ -162,9 +166,10 @@ fn turned(at: Vec3, degrees: f64, size: f64) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(DVec3::splat(size), turn, at.as_dvec3())
 }
 
-/// Adds one city block: a pavement with lamps and trees at its edges, and on it houses or a park, as `random` chooses.
-/// `middle` is the centre of the block at the height of the road, in metres. `lit` is the fraction of the houses' windows
-/// that emit light. Lamps and trees become instances of the meshes in `stock`, and all else becomes a part of `model`.
+/// Adds one city block: a pavement with lamps and trees at its edges, and on the pavement either houses or a
+/// park, as `random` chooses. `middle` is the centre of the block at the height of the road, in metres. `lit`
+/// is the fraction of the houses' windows that emit light. Lamps and trees become instances of the meshes in
+/// `stock`; all other objects become parts of `model`.
 fn block(
     scene: &mut Builder,
     model: &mut Model,
@@ -287,8 +292,8 @@ fn paint(model: &mut Model, blocks: u64) {
     }
 }
 
-/// Adds cars to every road. They drive on the right-hand side of the road. `blocks` is the number of blocks along each side
-/// of the grid.
+/// Adds cars at random distances to every road, as instances of the meshes in `stock`. They drive on the
+/// right-hand side of the road. `blocks` is the number of blocks along each side of the grid.
 fn traffic(scene: &mut Builder, stock: &Stock, random: &mut Random, blocks: u64) {
     let origin = -PITCH * blocks as f32 / 2.0;
     for swap in [false, true] {

@@ -43,9 +43,9 @@ const COLORS: [[f32; 3]; 10] = [
     [0.75, 0.73, 0.68],
 ];
 
-/// The linear RGB radiances of the glowing balls in the heap, in W/(m²·sr). Each ball gets one of them at random. The
-/// radiance is multiplied by 0.09 m / radius of the ball, but at most by 2: small balls are brighter, so that their light is
-/// visible, too.
+/// The linear RGB radiances of the glowing balls in the heap, in W/(m²·sr). Each ball gets one of them at
+/// random, multiplied by 0.09 m / radius of the ball, but at most by 2. So small balls are brighter, and
+/// their light is visible too.
 const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.4, 0.15],
     [9.0, 2.6, 0.2],
@@ -55,8 +55,8 @@ const GLOWS: [[f32; 3]; 6] = [
     [9.0, 0.35, 2.6],
 ];
 
-/// The height of the closed room around the heap, in metres; also half the room's width and half its depth. The walls
-/// reflect light of the lamps onto the heap.
+/// The height of the closed room around the heap, in metres. The room is twice as wide and twice as deep. Its
+/// walls reflect light of the lamps onto the heap.
 const ROOM: f32 = 5.0;
 
 fn finish(random: &mut Random) -> Material {
@@ -137,9 +137,10 @@ fn block(random: &mut Random) -> Toy {
     }
 }
 
-/// Six balls (centre, radius) in a horizontal ring around the y axis. The simulation of the fall computes only with balls,
-/// so rings represent the horizontal slices of a round toy (cone or drum). `radius` is the radius of the slice, `height` is
-/// the height of the balls' centres, and `thick` is the radius of the balls, all in metres.
+/// Six balls (centre, radius) in a horizontal ring around the y axis. The simulation of the fall uses only
+/// balls, so such rings represent the horizontal slices of a round toy (cone or drum). `radius` is the radius
+/// of the slice, `height` is the height of the balls' centres, and `thick` is the radius of the balls, all in
+/// metres.
 fn wreath(radius: f32, height: f32, thick: f32) -> impl Iterator<Item = (Vec3, f32)> {
     const HALF_ROOT_3: f32 = 0.866_025_4;
     let points = [(1.0, 0.0), (0.5, HALF_ROOT_3), (-0.5, HALF_ROOT_3)];
@@ -219,8 +220,9 @@ fn any_turn(random: &mut Random) -> Mat3 {
     Mat3::from_cols(x, z.cross(x), z)
 }
 
-/// Makes `things` toys, of which `lamps` are glowing balls, and for each toy the body that represents it in the simulation
-/// of the fall. The bodies start in the air, on a rising spiral around the y axis.
+/// Makes `things` toys for the heap; `lamps` of them are glowing balls. Each toy comes with the body that
+/// represents it in the simulation of the fall. The bodies start in the air, on a rising spiral around the y
+/// axis.
 fn heap_of(random: &mut Random, things: u32, lamps: u32) -> Vec<(Toy, Body)> {
     // Rotated by the golden angle each; the spiral is wider for more things.
     let golden = Mat3::from_cols(

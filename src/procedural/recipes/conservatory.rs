@@ -28,7 +28,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 /// The corner of the room with the lowest coordinates, in metres. Walls, floor and roof are placed relative to it.
 const LOW: Vec3 = Vec3::new(-1.5, 0.0, -1.5);
-/// The size of the room along the axes x, y and z, in metres.
+/// The size of the room along the axes x, y and z, in metres. Walls, floor and roof are made with these
+/// lengths.
 const SIZE: Vec3 = Vec3::new(3.0, 2.4, 3.0);
 
 pub(super) fn make(values: &Values) -> Scene {
@@ -44,16 +45,16 @@ pub(super) fn make(values: &Values) -> Scene {
     stage.scene()
 }
 
-/// A pseudorandom byte for the pair (x, y), always the same byte for the same pair. Images of textures get their patterns
-/// from such bytes, with the coordinates of pixels as x and y.
+/// A pseudorandom byte in [0, 255] for the pair (x, y), always the same byte for the same pair. The images of
+/// textures get their patterns from such bytes, with the coordinates of texels as x and y.
 fn byte(x: u32, y: u32) -> u8 {
     let mixed =
         (x.wrapping_mul(0x9E37_79B9) ^ y.wrapping_mul(0x85EB_CA6B)).wrapping_mul(0xC2B2_AE35);
     (mixed >> 24) as u8
 }
 
-/// A texture that shows an image `times.x` × `times.y` times within the unit square of texture coordinates. `image` is the
-/// index of the image in the scene.
+/// A texture that repeats an image `times.x` × `times.y` times within the unit square of texture coordinates.
+/// `image` is the index of the image in the scene.
 fn repeating(image: u32, times: Vec2) -> Texture {
     Texture {
         transform: Affine2::from_scale(times),
@@ -184,9 +185,9 @@ fn furnish(room: &mut Builder) {
     room.place("sphere", sphere, transform);
 }
 
-/// Adds the right wall of the room, a trellis of laths, and the leaves in the pot. Both are rectangles with textures, whose
-/// alpha cuts out the holes between the laths and the outlines of the leaves. The trellis slides to and fro along z; `speed`
-/// multiplies its speed, and with 0 it stands still.
+/// Adds the right wall of the room, which is a trellis of laths, and the leaves in the pot. Both are
+/// rectangles with textures, whose alpha cuts out the holes between the laths and the outlines of the leaves.
+/// The trellis slides to and fro along z; `speed` multiplies its speed, and with 0 it stands still.
 fn trellis(stage: &mut Stage, speed: f64) {
     let room = &mut stage.room;
     let holes = room.image("trellis", 8, |x, y| {
@@ -240,9 +241,9 @@ fn trellis(stage: &mut Stage, speed: f64) {
     }
 }
 
-/// Adds a swinging lantern with an emissive texture of bright and dark panes. `speed` multiplies the speed of the swing;
-/// with 0 the lantern stands still. If `pierced` is true, the alpha of another texture cuts holes into bright and dark
-/// panes.
+/// Adds a swinging lantern with an emissive texture of bright and dark panes. `speed` multiplies the speed of
+/// the swing; with 0 the lantern stands still. If `pierced` is true, the alpha of a second texture cuts holes
+/// into the panes.
 fn lantern(stage: &mut Stage, speed: f64, pierced: bool) {
     let panes = stage
         .room

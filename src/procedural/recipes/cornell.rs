@@ -7,7 +7,8 @@ use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
-/// The linear RGB reflectance of the white surfaces: the ceiling, the back wall, the floor, and the blocks of `cornell`.
+/// The linear RGB reflectance, in [0, 1], of the white surfaces: the ceiling, the back wall, the floor, and
+/// the blocks of `cornell`.
 const WHITE: [f32; 3] = [0.73, 0.73, 0.73];
 
 pub(super) const GLOSSY_PARAMETERS: &[Parameter] = &[Parameter {

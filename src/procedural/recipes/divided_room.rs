@@ -46,14 +46,15 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 /// Half the width and half the depth of the room, in metres: the outer walls are at x, z = ±`HALF`.
 const HALF: f32 = 2.0;
-/// The height of the ceiling above the floor, in metres.
+/// The height of the ceiling above the floor, in metres. The walls and the partition reach up to it.
 const HIGH: f32 = 2.4;
 /// Half the thickness, in metres, of the partition that divides the room. Its faces are at x = ±`THIN`.
 const THIN: f32 = 0.02;
 /// The z coordinate, in metres, at which the partition ends with `wall=short`. With `wall=whole`, the partition ends at the
 /// front wall, z = `HALF`.
 const END: f32 = 0.4;
-/// The distance from the ceiling down to the lamps, dim and bright, in metres.
+/// The distance from the ceiling down to the lamps (dim and bright), in metres, so that no lamp lies in the
+/// plane of the ceiling.
 const BELOW: f32 = 0.02;
 /// The total area of the dim lamps, in square metres. Each lamp has an equal part of it, so that their total power does not
 /// depend on their number.

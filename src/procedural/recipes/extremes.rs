@@ -54,14 +54,14 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// A limit for the height of the small lamp above the floor (the parameter `height`), in metres. If the small lamp is lower,
-/// the scene has no large lamps, and the camera sees only the floor around the small lamp. The picture then shows only light
-/// that travels over tiny distances, which is hard to compute precisely.
+/// A limit for the parameter `height`, the height of the small lamp above the floor, in metres. If the small
+/// lamp is lower, the scene has no large lamps, and the camera sees only the floor around the small lamp. The
+/// picture then shows only light that travels over tiny distances, which is hard to compute precisely.
 const LOW: f32 = 0.05;
-/// The edge length of the large lamp, a square, in metres. If the parameter `lamps` cuts it into several lamps, it is the
-/// edge length of the square in which they are arranged.
+/// The edge length of the large lamp, a square, in metres. If the parameter `lamps` divides it into several
+/// lamps, they are arranged in a square of this edge length.
 const SIDE: f32 = 0.4;
-/// The height of the large lamps above the floor, in metres.
+/// The height of the large lamps above the floor, in metres. They are above the camera's view there.
 const HIGH: f32 = 1.2;
 
 pub(super) fn make(values: &Values) -> Scene {

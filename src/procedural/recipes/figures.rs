@@ -30,8 +30,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The area of ground for each figure, in square metres. The disc in which the figures are scattered has this area times
-/// their number; a larger value spreads them more.
+/// The area of ground for each figure, in square metres. The figures are scattered in a disc whose area is
+/// about this number times the number of figures, so a larger value spreads them more.
 const ROOM: f32 = 3.4;
 
 /// The functions that make the shapes of figures: spheres, cones and chessmen. The first one makes the king, which stands in
@@ -41,9 +41,10 @@ const KINDS: &[fn() -> Shape] = &[
     king, queen, bishop, rook, pawn, ball, cone, pawn, ball, cone,
 ];
 
-/// Makes a chessman by turning a profile around the y axis. All chessmen have a foot, and a waist with a collar at its upper
-/// end; `more` has the parts of the profile above the collar, each a curve of points (radius, height). `waist` is the radius
-/// of the waist, and `top` is the height of the collar. All lengths are in metres.
+/// Makes a chessman by turning a profile around the y axis. All chessmen have a foot, and a waist with a
+/// collar at its upper end. `waist` is the radius of the waist, and `top` is the height of the collar. `more`
+/// has the parts of the profile above the collar, each a curve of points (radius, height). All lengths are in
+/// metres.
 fn lower(waist: f32, top: f32, more: &[&[(f32, f32)]]) -> Shape {
     let rising = [
         (0.28, 0.21),
@@ -137,7 +138,8 @@ fn cone() -> Shape {
     lathe(&[&[(0.0, 0.0), (0.4, 0.0)], &side], 64)
 }
 
-/// The materials of figures. The king is gold (index 2); each other figure gets one of the materials at random.
+/// The list of materials for the figures. The king gets gold (index 2); each other figure gets one of the
+/// materials at random.
 fn materials() -> Vec<Material> {
     vec![
         dielectric("white marble", Vec3::new(0.75, 0.73, 0.68), 0.25),
@@ -149,16 +151,16 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// The position on the ground below the camera, in units of the radius of the disc in which the figures are scattered.
-/// [`make`] multiplies it by this radius in metres, which it first clamps to [5.1, 10.9]. The camera is then among the outer figures, but
-/// not too close to the king.
+/// The position on the ground below the camera, in units of the radius of the disc in which the figures are
+/// scattered. [`make`] clamps this radius to [5.1, 10.9] m before it multiplies. The camera is then among the
+/// outer figures, but not too close to the king.
 const EYE: Vec3 = Vec3::new(-0.3, 0.0, 1.12);
 /// The minimum distance in metres between the figures and the point on the ground below the camera. It keeps figures from
 /// blocking the view.
 const CLEAR_OF_EYE: f32 = 5.0;
 
-/// An occupied space, in metres: a disc on the ground with its centre and its radius, and the height up to which the space
-/// is occupied. There is one for each figure and one around the camera. Figures and lights that are placed later stay
+/// A space that a figure or the camera occupies: a disc on the ground with its centre and radius, and the
+/// height up to which the space is occupied, in metres. Figures and lights that are placed later stay
 /// outside, so that objects do not overlap and the view is free.
 struct Taken {
     middle: Vec3,
@@ -198,7 +200,8 @@ fn ground(scene: &mut Builder, half: u32) {
     scene.add_model("ground", Model(parts));
 }
 
-/// A random point on the ground, uniformly distributed in the disc of `radius` metres around the origin.
+/// A random point on the ground, in metres, uniformly distributed in the disc of radius `radius` around the
+/// origin. Figures and lights are placed at such points.
 fn somewhere(random: &mut Random, radius: f32) -> Vec3 {
     let (turn, out) = (
         random.between(0.0, std::f32::consts::TAU),

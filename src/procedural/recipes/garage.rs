@@ -34,18 +34,20 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 /// Half the width of the garage, in metres: the side walls are at x = ±`SIDE`.
 const SIDE: f32 = 3.6;
-/// The height of the ceiling above the floor, in metres.
+/// The height of the ceiling above the floor, in metres. The walls reach up to it.
 const HIGH: f32 = 3.2;
-/// The z coordinate of the back wall, which has the rolling door, in metres.
+/// The z coordinate of the back wall, in metres. The rolling door is in this wall, and the workbench stands
+/// at it.
 const BACK: f32 = -4.6;
-/// The z coordinate of the front wall, which is behind the camera, in metres.
+/// The z coordinate of the front wall, in metres. The wall is behind the camera and closes the room.
 const FRONT: f32 = 4.4;
 /// The height of the ground under the slabs of the floor, in metres. The walls reach down to it, so that no light leaks
 /// through the joints between the slabs.
 const DEEP: f32 = -0.02;
-/// The lowest and the highest x coordinate of the rolling door in the back wall, in metres.
+/// The x coordinates of the left and the right edge of the rolling door in the back wall, in metres. A post
+/// of the frame stands at each.
 const DOOR: (f32, f32) = (-3.15, -0.35);
-/// The height of the rolling door above the floor, in metres.
+/// The height of the rolling door above the floor, in metres; 20 slats of equal height fill it.
 const DOOR_HIGH: f32 = 2.4;
 
 /// Adds a wall of painted blocks, as high as the garage, with visible mortar in the joints. The wall is built with its foot

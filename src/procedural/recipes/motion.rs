@@ -265,7 +265,8 @@ impl Stage {
     }
 }
 
-/// A flat disc that faces down, made of `sides` triangles around its centre `middle`. `radius` is in metres.
+/// A flat disc that faces down, for the light of the swinging lamp. It has `sides` triangles around its
+/// centre `middle`, and the radius `radius`, in metres.
 fn disc(middle: Vec3, radius: f32, sides: u32) -> Shape {
     let rim = |i: u32| {
         let turn = std::f32::consts::TAU * (i % sides) as f32 / sides as f32;

@@ -30,11 +30,13 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Half the width of the road, in metres: the kerbs are at x = ±`KERB`.
+/// Half the width of the road, in metres: the kerbs, where the pavements begin, are at x = ±`KERB`.
 const KERB: f32 = 4.5;
-/// The distance from the middle of the road to the fronts of the buildings, in metres.
+/// The distance from the middle of the road to the fronts of the buildings, where the pavements end, in
+/// metres.
 const FRONT: f32 = 7.5;
-/// The z coordinate at which the street begins, in metres. It is behind the camera.
+/// The z coordinate at which the street begins, in metres. It is behind the camera; buildings follow from
+/// there towards −Z.
 const START: f32 = 14.0;
 
 /// A rectangle that is parallel to the fronts of the buildings and faces the street, for windows and other flat parts.
@@ -51,9 +53,10 @@ fn on_front(side: f32, out: f32, z: f32, y: f32, width: f32, height: f32) -> Sha
     }
 }
 
-/// Adds one building with its windows, its shop and sometimes a neon sign. `side` is −1 for the left side of the street and
-/// 1 for the right. The building begins at the coordinate `z` and continues towards −Z. Returns its width along the street
-/// in metres, which tells the caller where the next building can begin.
+/// Adds one building with its windows, its shop and sometimes a neon sign. `side` is −1 for the left side of
+/// the street and 1 for the right. The building begins at the coordinate `z` and continues towards −Z.
+/// Returns its width along the street in metres, from which the caller computes where the next building
+/// begins.
 fn building(model: &mut Model, random: &mut Random, side: f32, z: f32) -> f32 {
     let width = random.between(7.0, 12.0);
     let floors = random.between(4.0, 13.0) as u32;
@@ -137,9 +140,10 @@ fn shop(model: &mut Model, random: &mut Random, side: f32, z: f32, width: f32) {
     );
 }
 
-/// Adds a neon sign, perpendicular to the front of a building: a dark board with rows of glowing bars on both faces. `side`
-/// is −1 for the left side of the street and 1 for the right. `z` is the z coordinate of the board's middle, in metres.
-/// `height` is the height of the building in metres; the sign does not reach higher.
+/// Adds a neon sign that is perpendicular to the front of a building: a dark board with rows of glowing bars
+/// on both faces. `side` is −1 for the left side of the street and 1 for the right. `z` is the z coordinate
+/// of the board's middle, and `height` is the height of the building, above which the sign does not reach;
+/// both are in metres. `random` chooses the colour and the size of the sign.
 fn neon(model: &mut Model, random: &mut Random, side: f32, z: f32, height: f32) {
     let color = random.pick(&[
         [9.0, 0.7, 2.2],
@@ -168,7 +172,8 @@ fn neon(model: &mut Model, random: &mut Random, side: f32, z: f32, height: f32) 
     }
 }
 
-/// Adds the wet road, its markings and the pavements, from `START` to the z coordinate `end`, and a dark plane around them.
+/// Adds the wet road, its markings and the pavements, from z = `START` to the z coordinate `end`, in metres,
+/// and a dark plane around them.
 fn ground(model: &mut Model, end: f32) {
     let length = START - end;
     let strip = |x: f32, width: f32, y: f32| {
@@ -210,8 +215,8 @@ fn ground(model: &mut Model, end: f32) {
     );
 }
 
-/// Adds the street lamps, alternately on the left and on the right, up to the z coordinate `end`. All are instances of two
-/// meshes, a pole and a bulb.
+/// Adds the street lamps, alternately on the left and on the right, from the start of the street up to the z
+/// coordinate `end` in metres. All are instances of two meshes, a pole and a bulb that emits light.
 fn street_lamps(scene: &mut Builder, end: f32) {
     let iron = metal("lamp post", Vec3::splat(0.12), 0.4);
     let mut post = Shape::cylinder(Vec3::ZERO, 0.09, 5.2, 10);
@@ -248,8 +253,8 @@ fn street_lamps(scene: &mut Builder, end: f32) {
     }
 }
 
-/// Adds cars parked at the right kerb, up to the z coordinate `end`, and two cars on the road: one comes towards the camera,
-/// and one drives away from it.
+/// Adds cars parked at the right kerb, up to the z coordinate `end` in metres, and two cars on the road: one
+/// comes towards the camera, and one drives away from it. A car consists of instances of shared meshes.
 fn cars(scene: &mut Builder, random: &mut Random, end: f32) {
     let mut meshes = Vec::new();
     let mut cabin = Shape::default();

@@ -31,17 +31,18 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 /// Half the width of the room, in metres: the side walls are at x = ±`SIDE`.
 const SIDE: f32 = 2.7;
-/// The height of the ceiling above the floor, in metres.
+/// The height of the ceiling above the floor, in metres. The walls reach up to it.
 const HIGH: f32 = 3.6;
 /// The z coordinate of the back wall, in metres. The niche is in this wall.
 const BACK: f32 = -2.4;
-/// The z coordinate of the front wall, which is behind the camera, in metres.
+/// The z coordinate of the front wall, in metres. The wall is behind the camera and closes the room.
 const FRONT: f32 = 4.2;
-/// The centre of the only lamp, in metres.
+/// The centre of the only lamp, a square that faces down, in metres.
 const LAMP: Vec3 = vec3(-1.15, 3.3, 0.1);
-/// The size of the bust, as a multiple of life size: 1.3 is 30 % larger.
+/// The factor by which the bust is larger than the model that `statue::bust` makes: 1.3 is 30 % larger.
 const LARGER: f32 = 1.3;
-/// The width of the stone moulding around the niche, in metres.
+/// The width of the stone moulding around the niche, in metres. The skirting and the rails end at the
+/// moulding.
 const TRIM: f32 = 0.15;
 
 const NICHE: Arch = Arch {
@@ -186,7 +187,8 @@ fn pedestal() -> Shape {
         .framed(Vec2::ZERO)
 }
 
-/// A rope from the point `from` to the point `to`. Its middle hangs `sag` metres below the straight line between them.
+/// A rope between two posts, from the point `from` to the point `to`. Its middle hangs `sag` below the
+/// straight line between them. All lengths are in metres.
 fn rope(from: Vec3, to: Vec3, sag: f32) -> Shape {
     const LINKS: u32 = 24;
     const SIDES: u32 = 10;

@@ -25,23 +25,27 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The distance from the middle of the street to the fronts of the houses, in metres.
+/// The distance from the middle of the street to the fronts of the houses, in metres. Cobbles cover the
+/// ground between the fronts.
 const FRONT: f32 = 4.3;
-/// The z coordinate at which the street begins, in metres. It is behind the camera.
+/// The z coordinate at which the street begins, in metres. It is behind the camera; houses follow from there
+/// towards −Z.
 const START: f32 = 9.0;
 /// The minimum length of the street, in metres. If the parameter `lights` asks for more emissive triangles than a street of
 /// this length has, the street is longer.
 const SHORTEST: f32 = 60.0;
 
-/// Maps a point of a straight street along −Z to the bent street: it shifts the point along x by an amount that depends on
-/// its z coordinate. The whole scene is first built along the straight street and then mapped.
+/// Maps a point of a straight street along −Z to the bent street, in metres: it shifts the point along x by
+/// an amount that depends on its z coordinate. The whole scene is first built along the straight street and
+/// then mapped.
 fn bend(p: Vec3) -> Vec3 {
     let along = (-p.z).max(0.0);
     p + Vec3::X * 5.0 * (1.0 - (along / 24.0).cos())
 }
 
-/// Adds the ground up to the z coordinate `end`, and cobbles on it. The cobbles end at z = −90, or at `end` if the street is
-/// shorter. Each cobble is a worn block that leans slightly, so that the wet street glitters.
+/// Adds the ground up to the z coordinate `end` in metres, and cobbles on it. The cobbles end at z = −90, or
+/// at `end` if the street is shorter. Each cobble is a worn block that leans slightly, so that the wet street
+/// glitters.
 fn ground(street: &mut Festival, random: &mut Random, end: f32) {
     let bed = dielectric("between cobbles", Vec3::splat(0.03), 0.6);
     let wide = FRONT + 12.0;

@@ -1,5 +1,5 @@
-//! The scene `terrain`: a landscape under a low sun, made of about as many triangles as the parameter `triangles` says. It
-//! tests scenes with very many triangles. Lengths are in metres.
+//! The scene `terrain`: a landscape under a low sun. The parameter `triangles` sets its approximate number of
+//! triangles, to test scenes with very many triangles. Lengths are in metres.
 
 use crate::procedural::modelling::{Builder, Shape, emitter};
 use crate::procedural::parameters::{Parameter, Range, Values};
@@ -21,7 +21,8 @@ pub(super) const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// The width and the depth of the landscape, in metres. Its middle is at the origin.
+/// The width and the depth of the landscape, in metres. Its middle is at the origin, and a regular grid of
+/// triangles covers it.
 const WIDTH: f32 = 100.0;
 
 /// A pseudorandom number in [−1, 1] for the point (x, z) with integer coordinates, from which [`noise`] interpolates. The

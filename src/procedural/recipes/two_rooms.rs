@@ -26,24 +26,30 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 
 /// Half the width of both rooms, in metres: the side walls are at x = ±`HALF`.
 const HALF: f32 = 2.5;
-/// The height of the ceiling of both rooms above the floor, in metres.
+/// The height of the ceiling of both rooms above the floor, in metres. The lamp of the back room hangs from
+/// it.
 const HIGH: f32 = 2.6;
-/// The z coordinate of the front room's wall that is opposite the door, in metres.
+/// The z coordinate of the front room's wall opposite the door, in metres. The camera stands close to this
+/// wall.
 const FRONT: f32 = 5.0;
-/// The z coordinate of the back room's wall that is opposite the door, in metres.
+/// The z coordinate of the back room's wall opposite the door, in metres. The sideboard and a picture are at
+/// this wall.
 const BACK: f32 = -4.2;
 /// The thickness of the wall between the rooms, in metres. The wall reaches from z = 0 to z = −`WALL`.
 const WALL: f32 = 0.04;
-/// The lowest and the highest x coordinate of the hole in the wall for the door and its frame, in metres.
+/// The x coordinates of the left and the right edge of the hole in the thin wall, in metres. The door and its
+/// frame stand in the hole.
 const HOLE: (f32, f32) = (0.3, 1.26);
-/// The height of the upper edge of the hole in the wall for the door and its frame, in metres.
+/// The height of the upper edge of the hole in the thin wall, in metres. The door and its frame stand in the
+/// hole.
 const HOLE_TOP: f32 = 2.08;
 /// The thickness of the door's frame, in metres. The frame narrows the hole in the wall by this length on the left, on the
 /// right and at the top.
 const FRAME: f32 = 0.03;
 
-/// Adds the ground under the planks, the ceiling and the outer walls of both rooms: solid boxes that overlap, so that there
-/// are no gaps. `front` is the material of the walls in the front room, and `back` that in the back room.
+/// Adds the ground under the planks, the ceiling and the outer walls of both rooms: solid boxes that overlap,
+/// so that there are no gaps. `front` is the material of the walls in the front room, and `back` is the
+/// material of those in the back room.
 fn shell(model: &mut Model, front: &Material, back: &Material) {
     let plaster = Material::lambert("ceiling", Vec3::splat(0.75));
     let concrete = Material::lambert("under the floor", Vec3::splat(0.2));
@@ -70,9 +76,9 @@ fn shell(model: &mut Model, front: &Material, back: &Material) {
     solid(back, [-2.6, -0.1, low + 0.05], [2.6, 2.7, BACK]);
 }
 
-/// Adds the thin wall between the rooms, with the hole for the door. `front` is the material of the side in the front room,
-/// and `back` that of the side in the back room. Neighbouring faces of the wall share their corners, so that there are no
-/// gaps.
+/// Adds the thin wall between the rooms, with the hole for the door. The wall has the material `front` on its
+/// side in the front room, and the material `back` on its side in the back room. Neighbouring faces of the
+/// wall share their corners, so that there are no gaps.
 fn thin_wall(model: &mut Model, front: &Material, back: &Material) {
     let xs = [-HALF - 0.1, HOLE.0, HOLE.1, HALF + 0.1];
     let ys = [-0.1, HOLE_TOP, HIGH + 0.1];
@@ -128,8 +134,8 @@ fn door_frame(model: &mut Model, paint: &Material) {
     );
 }
 
-/// Adds the door, opened by `degrees` (0: shut). It swings into the back room. Its hinge is on the right side of the door,
-/// as seen from the front room.
+/// Adds the door, opened by the angle `degrees`; 0 is shut, so that no light passes. The door swings into the
+/// back room. Its hinge is on its right side, as seen from the front room. `paint` is its material.
 fn door(scene: &mut Builder, paint: &Material, degrees: f64) {
     let gap = 0.003;
     let width = HOLE.1 - HOLE.0 - 2.0 * (FRAME + gap);
@@ -356,10 +362,10 @@ mod tests {
     use super::*;
     use crate::procedural::generate;
 
-    /// Counts how many of 4,000 random straight lines from the front room are not blocked by the wall, the frame or the
-    /// door. A shut door must block all lines, because light would leak along any that is not blocked. `angle` is the
-    /// opening angle of the door in degrees, as text. Half of the lines end in the back room, and the other half pass near
-    /// an edge of the door.
+    /// The number of lines, out of 4,000 random straight lines from the front room, that the wall, the frame
+    /// and the door do not block. It must be 0 if the door is shut, because light would leak along an
+    /// unblocked line. `angle` is the opening angle of the door in degrees, as text. Half of the lines end in
+    /// the back room, and the other half pass near an edge of the door.
     fn open_lines(angle: &str) -> usize {
         let settings = [("angle".to_owned(), angle.to_owned())];
         let scene = generate("two-rooms", &settings).unwrap();

@@ -3,8 +3,9 @@
 
 use super::Pipeline;
 
-/// The tolerance of the comparison: by how much a value of a pipeline may exceed the stored value without counting as worse.
-/// So small an increase hardly costs time. There is a field for each kind of value that has a tolerance.
+/// The tolerance of the comparison of pipelines: the increase of a value over the stored value that does not
+/// count as worse. Such a small increase hardly costs time. There is a field for each kind of value that has
+/// a tolerance.
 #[derive(Clone, Copy, Debug)]
 pub struct Slack {
     /// Allowed increase of the number of vector registers per invocation. [`SLACK`] allows 8, because RDNA2 assigns

@@ -23,8 +23,8 @@ const EMPTY: &str = "#version 460\nlayout(local_size_x = 64) in;\nvoid main() {}
 /// without its GPU reports no memory, so every scene would be refused as too large.
 const NO_LIMIT: u64 = 1 << 50;
 
-/// Width and height of the picture for which pipelines are made, in pixels. Any size does, because the shaders do not depend
-/// on it.
+/// Width and height of the picture for which pipelines are made, in pixels. Any size is sufficient, because
+/// the shaders do not depend on it.
 const SIDE: u32 = 64;
 
 /// The maximum number of scattering events of a path in the frames for which pipelines are made. It is large enough that the

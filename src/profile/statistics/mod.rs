@@ -41,18 +41,21 @@ pub struct Pipeline {
     pub settings: Vec<String>,
     /// Number of invocations in a subgroup of the pass, which tables show; 0 if the driver does not report it.
     pub subgroup_size: u32,
-    /// Number of vector registers that each invocation uses.
+    /// Number of vector registers that each invocation uses. The more registers it uses, the fewer subgroups
+    /// can run at once. `None` if the driver does not report it.
     pub vgprs: Option<u64>,
-    /// Number of vector registers whose values the compiler moved to scratch memory, because an invocation can have no more
-    /// registers.
+    /// Number of vector registers whose values the compiler moved to scratch memory, because an invocation
+    /// can have no more registers. `None` if the driver does not report it.
     pub spilled_vgprs: Option<u64>,
-    /// Size of the scratch memory (for spilled registers and local arrays) of each subgroup, in bytes.
+    /// Size of the scratch memory (for spilled registers and local arrays) of each subgroup, in bytes; `None`
+    /// if the driver does not report it.
     pub scratch_bytes: Option<u64>,
-    /// Size of the shared memory (LDS) that each workgroup uses, in bytes.
+    /// Size of the shared memory (LDS) that each workgroup uses, in bytes; `None` if the driver does not
+    /// report it. A larger size can lower the occupancy.
     pub lds_bytes: Option<u64>,
-    /// Size of the machine code, in bytes.
+    /// Size of the machine code of the pass, in bytes; `None` if the driver does not report it.
     pub code_bytes: Option<u64>,
-    /// Number of instructions of the machine code.
+    /// Number of instructions in the machine code of the pass; `None` if the driver does not report it.
     pub instructions: Option<u64>,
     /// The maximum number of subgroups of this pass that a SIMD unit holds at once, as the driver counts them: RADV counts a
     /// subgroup of 64 invocations as two.
@@ -114,7 +117,7 @@ pub fn read(path: &Path) -> Result<Vec<Pipeline>> {
 /// line of a file under version control.
 ///
 /// # Errors
-/// Never if all values are finite.
+/// A value cannot be written as JSON, which does not happen for pipelines.
 pub fn json(pipelines: &[Pipeline]) -> Result<String> {
     let lines = pipelines.iter().map(serde_json::to_string);
     let lines: std::result::Result<Vec<String>, _> = lines.collect();

@@ -56,9 +56,9 @@ pub trait Integrator {
     ) -> Result<Vec<PassTime>>;
 
     /// Renders the frame with the index `index` to the same buffer as [`Self::render`]. If possible, this method does not
-    /// wait for the device, so that the device has no gaps between frames. It then returns `None`, and the caller gets the
-    /// times of the passes from [`Device::wait_for_running`](crate::gpu::Device::wait_for_running). A method that waits
-    /// returns the times itself, as with path tracing.
+    /// wait for the device, so that the device has no gaps between frames. It then returns `None`, and the caller gets
+    /// the times of the passes from [`Device::wait_for_running`](crate::gpu::Device::wait_for_running). An implementation
+    /// that waits for the device, such as path tracing, returns the times itself.
     fn submit(
         &mut self,
         index: u32,
@@ -82,8 +82,8 @@ pub trait Integrator {
     fn counters(&mut self) -> &mut Counters;
 
     /// The size in bytes of the buffers with data of pixels, path vertices and light samplers, which the integrator keeps
-    /// besides the scene and the sums of radiance. Users see it, to compare how much memory different settings need. 0 for
-    /// path tracing, which has no such buffers.
+    /// besides the scene and the sums of radiance. Reports show this size, so that users can compare how much memory
+    /// different settings need. 0 for path tracing, which has no such buffers.
     fn bytes(&self) -> u64;
 
     /// The contents of the reservoirs of direct or of indirect light (`lighting`) after the last frame, for debug AOVs:

@@ -1,6 +1,6 @@
-//! The integrator of path tracing with multiple importance sampling (MIS). Each call of [`Integrator::add`] adds samples to
-//! the sums of radiance of the pixels, so a picture can consist of the samples of many calls. It is the unbiased reference
-//! with which all other estimators are compared.
+//! The integrator of path tracing with multiple importance sampling (MIS). Each call of [`Integrator::add`] adds samples
+//! to the sums of radiance of the pixels, so a picture can consist of the samples of many calls. Path tracing is the
+//! unbiased reference with which all other estimators are compared.
 
 use super::Integrator;
 use crate::base::progress::Watch;
@@ -99,6 +99,10 @@ impl Integrator for PathTracer {
         u32::MAX
     }
 
+    /// Adds samples to the sums of radiance, as [`Integrator::add`] describes. The pass runs once for each strip of the
+    /// picture (group of whole rows). On drivers that limit the number of loop iterations, it may run several times for each
+    /// strip, each time with fewer samples.
+    ///
     /// # Errors
     /// The device fails, or `watch` returns an error. On drivers that limit the number of loop iterations: a loop was ended
     /// early.
@@ -137,7 +141,7 @@ impl Integrator for PathTracer {
             }
         }
         sums.count(samples);
-        // Elsewhere the counters are looked at when the picture is read.
+        // On other drivers, the counters are checked when the picture is read.
         if self.device.info.loop_turns.is_some() {
             self.counters.assert_whole()?;
         }
@@ -171,8 +175,11 @@ impl Integrator for PathTracer {
         0
     }
 
+    /// Returns an error, because path tracing has no reservoirs whose contents debug AOVs (additional channels of a picture)
+    /// could show.
+    ///
     /// # Errors
-    /// This method always fails, because path tracing has no reservoirs.
+    /// This method always fails with an error for the user.
     fn reservoir_aovs(&self, _lighting: Lighting) -> Result<Vec<ReservoirAov>> {
         Err(Error::input(
             "path tracing has no reservoirs to look into; use integrator=restir",

@@ -61,7 +61,7 @@ pub struct SamplerSettings<'a> {
 
 /// The inputs from which each light sampler makes its passes and buffers when the renderer is made.
 pub struct SamplerInputs<'a> {
-    /// The device on which passes and buffers are made.
+    /// The Vulkan device on which the sampler makes its passes and buffers.
     pub device: &'a Arc<Device>,
     /// The scene on the device. With `hash_grid.mode=published`, the hash grid makes reservoirs for points on the surfaces
     /// of this scene.

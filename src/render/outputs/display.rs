@@ -1,5 +1,5 @@
-//! The picture as a display shows it, tone-mapped on the device. The command `capture` presents it, because some capture
-//! tools end a frame where a picture is presented.
+//! The picture as a display shows it, tone-mapped on the device. The command `capture` presents this picture, because
+//! some capture tools end a frame only where a picture is presented.
 
 use super::radiance::Radiance;
 use crate::Result;
@@ -27,7 +27,8 @@ pub struct Display {
 }
 
 impl Display {
-    /// Makes the pass, and the buffer for a picture of `pixels` pixels.
+    /// Makes the pass `tone_map`, and the buffer to which this pass writes a picture of `pixels` pixels, with 4 bytes per
+    /// pixel.
     ///
     /// # Errors
     /// The buffer exceeds a limit or the free memory of the device, or the shader's interface cannot be bound by name.

@@ -32,7 +32,8 @@ pub struct PrimarySurfaces {
 }
 
 impl PrimarySurfaces {
-    /// Makes the pass `primary` for the scene of `bindings`.
+    /// Makes the pass `primary`, which finds the primary surfaces of pixels in the scene of `bindings`, and the counters
+    /// to which this pass adds its faults.
     ///
     /// # Errors
     /// The shader's interface cannot be bound by name, or the device fails.
@@ -62,7 +63,7 @@ impl PrimarySurfaces {
         let (width, height) = (constants.view.width, constants.view.height);
         let mut surfaces = Vec::with_capacity(width as usize * height as usize);
         let strips = cut::<PrimarySurface>(&self.device, "primary", width, height)?;
-        // One strip after the other, in the same memory; the first is as large as any.
+        // All strips use this buffer, one after the other. The first strip has the most pixels.
         let most = strips.first().map_or(0, |strip| strip.pixels(width));
         let bytes = (most * size_of::<PrimarySurface>()) as u64;
         let primary = Buffer::new(&self.device, "primary", bytes, Usage::default())?;

@@ -1,5 +1,5 @@
-//! The location of a picture's radiance in buffers on the device. It has one form for all integrators, so that any picture
-//! can be read or tone-mapped in the same way.
+//! The location of a picture's radiance in buffers on the device. All integrators describe it in the same form, so that
+//! any picture can be read or tone-mapped in the same way.
 
 use crate::Result;
 use crate::gpu::Buffer;

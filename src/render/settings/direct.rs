@@ -47,8 +47,8 @@ impl Default for Direct {
             resampling: Resampling {
                 light_samples: 10,
                 spatial: Spatial {
-                    // By the plan `neighbour-confidence`; indirect light has less noise in first frames, and
-                    // no more in later ones, without a limit.
+                    // Chosen by the plan `neighbour-confidence`. Without this limit, indirect light has less noise in the
+                    // first frames, and not more in later ones.
                     confidence_cap: 8,
                     ..Spatial::default()
                 },

@@ -1,5 +1,5 @@
-//! Settings by their dotted keys, such as `direct.spatial.radius`: changes, checks and descriptions. All follow from the
-//! JSON schema of [`Settings`], which is made from its fields and their doc comments.
+//! Access to settings by their dotted keys, such as `direct.spatial.radius`: settings are changed, checked and described
+//! by means of the JSON schema of [`Settings`]. The schema is made from the fields and their doc comments.
 
 use super::Settings;
 use crate::base::nearest::nearest;
@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 pub struct Description {
     /// The dotted key of the setting, such as `direct.spatial.radius`.
     pub key: String,
-    /// The doc comment of the setting: meaning, unit, cost and effect on bias.
+    /// The doc comment of the setting as one line of text: its meaning, unit, cost and effect on bias.
     pub doc: String,
     /// The values that the setting can have, as text: a type, with its range if it has one, such as `integer 1 to 64`, or
     /// all possible names, such as `gltf | compensated`.
@@ -44,7 +44,7 @@ impl Settings {
                 )));
             };
             *slot = value.clone();
-            // Checked key by key, so that the message names the one that is wrong.
+            // Changes are checked one by one, so that the message of an error names the wrong key.
             let changed = Self::deserialize(&tree).ok();
             let changed = changed.filter(|_| in_range(field, &value));
             settings = changed.ok_or_else(|| {
@@ -129,8 +129,8 @@ impl Settings {
 /// are made from it. It is made once, at its first use, since that takes milliseconds.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Settings).to_value());
 
-/// The place of the value with the dotted key `key` in a tree of settings, so that the caller can replace the value. `None`
-/// if the key is unknown, or if it names a group of settings, which has no value of its own.
+/// A reference to the value with the dotted key `key` in a tree of settings, through which the caller replaces the value.
+/// `None` if the key is unknown, or if it names a group of settings, which has no value of its own.
 fn slot_of<'a>(tree: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     let slot = key
         .split('.')

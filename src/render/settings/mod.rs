@@ -103,8 +103,8 @@ pub struct Settings {
     /// The MIS heuristic that weights light samples against hits of BSDF rays in path tracing. Candidates of resampling
     /// always have weights by the balance heuristic. No effect on bias.
     pub heuristic: Heuristic,
-    /// The treatment of the energy that the specular lobe loses because it models single scattering only: `gltf` leaves it
-    /// lost, `compensated` adds it again, at the cost of one table look-up per vertex.
+    /// The treatment of the energy that the specular lobe loses because it models single scattering only: `gltf` does not
+    /// compensate the loss, `compensated` adds the lost energy again, at the cost of one table look-up per vertex.
     pub energy: Energy,
     /// Russian roulette, which ends dim paths at random to save time, and gives more weight to those that continue, so that
     /// the mean stays the same.
@@ -112,9 +112,11 @@ pub struct Settings {
     /// The rotation and the brightness of the environment that `--environment` gives. They have no effect without
     /// `--environment`.
     pub environment: EnvironmentSettings,
-    /// Settings of direct light, which is scattered once.
+    /// Settings of direct light, which is scattered once between emitter and camera: its estimator, its candidates, and
+    /// the reuse of its samples.
     pub direct: Direct,
-    /// Settings of indirect light, which is scattered at least twice.
+    /// Settings of indirect light, which is scattered at least twice between emitter and camera: its estimator, the light
+    /// samples at path vertices, and the reuse of paths.
     pub indirect: Indirect,
     /// Settings of the light BVH, a tree of lights. Candidates are drawn from it if `direct.candidates` or
     /// `indirect.candidates` is `light-bvh`, or if `auto` selects it.

@@ -1,4 +1,5 @@
-//! Facts that follow from the settings alone, without a scene, such as whether a kind of light is rendered.
+//! Facts that follow from the settings alone, without a scene. For example, they decide if indirect light is rendered,
+//! and if the picture is unbiased.
 
 use super::{
     Candidates, DirectMode, Far, GridMode, IndirectMode, Integrator, LightChoice, Resampling,
@@ -19,7 +20,8 @@ impl Settings {
         (bounces >= 1 && direct) || (bounces >= 2 && indirect)
     }
 
-    /// True if no setting makes the mean of the picture wrong, according to the documentation of the settings.
+    /// True if pictures with these settings are unbiased: no setting has a value that the documentation of the settings
+    /// calls biased, or this value has no effect. Always true for path tracing.
     pub fn is_unbiased(&self) -> bool {
         if self.integrator == Integrator::PathTracing {
             return true;
@@ -59,8 +61,8 @@ impl Settings {
         }
     }
 
-    /// True if resampling renders this kind of light. `bounces` is the maximum number of scattering events of a path: direct
-    /// light needs at least 1, indirect light at least 2. Whether `integrator` selects resampling is not considered.
+    /// True if resampling renders this kind of light. `bounces` is the maximum number of scattering events of a path:
+    /// direct light needs at least 1, indirect light at least 2. The setting `integrator` has no effect on the result.
     pub fn renders(&self, lighting: Lighting, bounces: u32) -> bool {
         match lighting {
             Lighting::Direct => bounces > 0 && self.direct.mode != DirectMode::Off,
@@ -68,8 +70,8 @@ impl Settings {
         }
     }
 
-    /// True if resampling stores samples of this kind of light in reservoirs: always for direct light, and only with
-    /// `indirect.mode=restir` for indirect light. Whether this kind of light is rendered at all is not considered.
+    /// True if resampling stores samples of this kind of light in reservoirs: always for direct light (even if it is
+    /// switched off), and only with `indirect.mode=restir` for indirect light.
     pub fn uses_reservoirs(&self, lighting: Lighting) -> bool {
         lighting == Lighting::Direct || self.indirect.mode == IndirectMode::Restir
     }
@@ -157,7 +159,8 @@ impl Settings {
 mod tests {
     use super::*;
 
-    /// Of the presets, only `s1` has a bias; single settings make others biased, unless they have no effect.
+    /// Among the presets, only `s1` is biased. A biased value of a single setting makes another preset biased, unless the
+    /// setting has no effect there.
     #[test]
     fn biased_settings_are_known() {
         for preset in crate::render::presets::PRESETS {

@@ -152,11 +152,13 @@ pub struct Similar {
     /// normals. Lower: less noise at edges, but fewer neighbours.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub normal: f32,
-    /// Largest difference between the distances of two similar surfaces from the camera, as a fraction of the distance of
-    /// the surface that reuses samples. Lower: less noise at edges, fewer neighbours.
+    /// Two surfaces are similar, so that one may reuse the samples of the other, only if their distances from the camera
+    /// differ by at most this fraction of the distance of the surface that reuses samples. Lower: less noise at edges,
+    /// but fewer neighbours.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub depth: f32,
-    /// True if surfaces are similar only if they have the same material; false if the material does not matter.
+    /// True if a surface may reuse the samples of another one only if both have the same material; false if the material
+    /// does not matter.
     pub material: bool,
 }
 
@@ -201,9 +203,9 @@ pub struct Resampling {
     /// are unbiased; `initial` and `none` are biased. For indirect light, only `weights` is unbiased. There, `final` means
     /// the same as `initial`, because the candidates are traced paths, whose visibility is already tested.
     pub visibility: Visibility,
-    /// Settings of temporal reuse: the merge with the reservoir of the previous frame.
+    /// Settings of temporal reuse, in which a pixel merges the reservoir that its surface had in the previous frame.
     pub temporal: Temporal,
-    /// Settings of spatial reuse: the merge with the reservoirs of neighbouring pixels.
+    /// Settings of spatial reuse, in which a pixel merges the reservoirs of neighbouring pixels.
     pub spatial: Spatial,
     /// Limits within which two surfaces are similar enough that one reuses the samples of the other.
     pub similar: Similar,

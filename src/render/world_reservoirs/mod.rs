@@ -2,7 +2,8 @@
 //! in the previous frame (Boissé, "World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination", 2021).
 //!
 //! The pass `initial_indirect` merges the reservoirs of the previous frame and stores the reservoirs of this frame
-//! (`glsl/world_reservoirs/world_reservoirs.glsl`). Further passes then make the table in which the next frame finds them.
+//! (`glsl/world_reservoirs/world_reservoirs.glsl`). Further passes then make the table with which the next frame finds
+//! these reservoirs.
 
 pub mod prefix_sum;
 pub mod settings;
@@ -22,8 +23,8 @@ use std::sync::Arc;
 use table::{TableSize, WorldTable};
 
 /// The world reservoirs of a renderer: the reservoirs of path vertices, the table that finds them by position, and the
-/// constants that shaders read. They store light samples at path vertices, so that paths of the next frame that pass nearby
-/// can reuse them.
+/// constants that shaders read. A world reservoir stores a light sample at a path vertex, so that paths of the next frame
+/// that pass nearby can reuse this sample.
 pub struct WorldLight {
     /// The reservoirs of path vertices, in two copies: vertices of this frame write one copy, and merge reservoirs of the
     /// other copy, which the previous frame wrote.
@@ -31,8 +32,8 @@ pub struct WorldLight {
     /// The table that lists the reservoirs of each cell of space. It is made after the paths of a frame are traced, so that
     /// vertices of the next frame find the reservoirs that this frame stored in their cell.
     pub table: WorldTable,
-    /// The constants of world reservoirs that shaders read: settings and sizes. The buffer addresses in them are zeros here.
-    /// The constants of each frame begin as a copy, into which [`Self::begin_frame`] writes the addresses.
+    /// The constants of world reservoirs that shaders read: settings and sizes. The buffer addresses are zeros here. The
+    /// renderer copies these constants, and [`Self::begin_frame`] writes the addresses of each frame to the copy.
     pub constants: WorldConstants,
 }
 
@@ -83,9 +84,9 @@ impl WorldSize {
         )))
     }
 
-    /// The names and the sizes in bytes of the two buffers of one copy of the reservoirs: the points of the vertices, then
-    /// their light samples. A renderer has two such copies, one for the current frame and one for the previous frame. Without
-    /// world reservoirs, the sizes are 0.
+    /// The names and the sizes in bytes of the two buffers of one copy of the reservoirs: the points of the vertices,
+    /// then their light samples. A renderer has two such copies, one for the current frame and one for the previous
+    /// frame. Without world reservoirs, the sizes are 0. The device's limits are checked with these sizes.
     pub fn vertex_bytes(&self) -> [(&'static str, u64); 2] {
         let vertices = self.table.vertices;
         [
@@ -95,8 +96,8 @@ impl WorldSize {
         .map(|(name, bytes)| (name, vertices * bytes as u64))
     }
 
-    /// The names and the sizes in bytes of the buffers of the table that finds the reservoirs: the keys of the vertices, the
-    /// cells of space, and the lists of vertices.
+    /// The names and the sizes in bytes of the buffers of the table that finds the reservoirs: the keys of the vertices,
+    /// the cells of space, and the lists of vertices. The device's limits are checked with these sizes.
     pub fn table_bytes(&self) -> [(&'static str, u64); 3] {
         self.table.bytes()
     }
@@ -189,8 +190,9 @@ impl WorldLight {
 }
 
 impl Offers for WorldLight {
-    /// The reservoirs of the previous frame and the lists that find them, for reading, and the reservoirs and the keys of this
-    /// frame, for writing. Shaders that reach the reservoirs by address bind only the lists and the keys.
+    /// The buffers that passes bind by name. For reading: the reservoirs of the previous frame, and the cells and lists
+    /// of the table that finds them. For writing: the reservoirs of this frame, and the keys of their cells. Shaders that
+    /// reach the reservoirs by address bind only the cells, lists and keys.
     fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let (previous, current) = (self.vertices.last(), self.vertices.current());
         vec![

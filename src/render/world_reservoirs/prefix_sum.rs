@@ -7,8 +7,9 @@ use crate::gpu::{Buffer, ComputePass, Recording, in_rows};
 use crate::shader_interface::{PREFIX_BLOCK, PrefixLevel};
 
 crate::bindings! {
-    /// Bindings of the passes `prefix_sum` and `prefix_add`: the buffer of 32-bit integers whose values are replaced by
-    /// sums. Behind the values, it also stores the sums of blocks of values.
+    /// Bindings of the passes `prefix_sum` and `prefix_add`. Together, these passes replace each 32-bit integer in the
+    /// buffer `values` by the sum of all integers before it. The buffer also has space, after these integers, for the
+    /// sums of blocks.
     pub struct PrefixValues {
         write values,
     }
@@ -28,7 +29,7 @@ impl PrefixSum {
     /// these values has the index `first` in the buffer. `pass` makes the compute pass with a given name.
     ///
     /// # Errors
-    /// The errors of `pass`.
+    /// `pass` fails.
     pub fn new(first: u64, count: u64, pass: impl Fn(&str) -> Result<ComputePass>) -> Result<Self> {
         Ok(Self {
             sum: pass("prefix_sum")?,
@@ -47,7 +48,7 @@ impl PrefixSum {
     /// values, then the sums of their blocks, then the sums of blocks of these sums, and so on.
     pub fn length(count: u64) -> u64 {
         let last = levels(count).pop();
-        // The sum of the last block is written too.
+        // The pass also writes the sum of the last block.
         last.map_or(0, |[_, _, sums]| sums) + 1
     }
 

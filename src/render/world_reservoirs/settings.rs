@@ -44,11 +44,11 @@ pub struct WorldReservoirsSettings {
     /// The light sample that a vertex stores for vertices of the next frame: `initial` is selected from the vertex's own
     /// light candidates alone, `merged` is the result of its merge. No effect on bias.
     pub stores: WorldStores,
-    /// Side of a cell of space, as the number of pixels that it spans in the picture. The length of the side in the scene is
-    /// a power of two (in the device's unit of length), so that cells stay in place while the camera moves. Of the two
-    /// powers nearest to the length of this many pixels, one below and one above, one is chosen at random. Higher: a vertex
-    /// can choose from more reservoirs, but their vertices are farther away from it, so their samples fit it less well.
-    /// Unbiased at any value.
+    /// Side of a cell of space, as the number of pixels that it spans in the picture. The length of the side in the scene
+    /// is a power of two (in the device's unit of length), so that cells stay in place while the camera moves. It is
+    /// chosen at random: either the next power of two below the length that this many pixels span, or the next one above.
+    /// Higher: a vertex can choose from more reservoirs, but their vertices are farther away from it, so their samples
+    /// fit it less well. Unbiased at any value.
     #[schemars(range(min = 1, max = 4096))]
     pub cell: u32,
     /// Number of bins along each side of the octahedral map of normals (the unit sphere, unfolded to a square): 8 means 64

@@ -44,8 +44,8 @@ crate::bindings! {
     }
 }
 
-/// The maximum number of slots of a bucket, each of which stores one cell. Higher: fewer cells find no slot in their bucket,
-/// but a look-up compares more keys.
+/// The maximum number of slots in a bucket of the table of world reservoirs. Each slot stores one cell of space. Higher:
+/// fewer cells find no slot in their bucket, but a look-up of a cell compares more keys.
 const BUCKET_SLOTS: u64 = 8;
 
 /// The size of the table of world reservoirs (the reservoirs of path vertices). From the key of a cell of space, the table
@@ -69,7 +69,7 @@ impl TableSize {
     /// power of two.
     pub fn new(vertices: u64, fraction: f64) -> Self {
         let slots = (vertices as f64 * fraction).ceil().max(1.0) as u64;
-        // Sizes near 2⁶⁴ are refused like all that are too large.
+        // The limit avoids an overflow. Tables of this size are too large for any device, and are refused later.
         let slots = slots.min(1 << 60).next_power_of_two();
         let bucket_slots = slots.min(BUCKET_SLOTS);
         Self {
@@ -84,8 +84,8 @@ impl TableSize {
         self.buckets * self.bucket_slots
     }
 
-    /// The names and the sizes in bytes of the buffers of the table: the keys of the vertices, the cells of space, and the
-    /// lists of vertices.
+    /// The names and the sizes in bytes of the buffers of the table: the keys of the vertices, the cells of space, and
+    /// the lists of vertices. The buffers are made with these sizes, which are first checked against the device's limits.
     pub fn bytes(&self) -> [(&'static str, u64); 3] {
         [
             ("world_keys", 4 * self.vertices),
@@ -123,9 +123,10 @@ pub struct WorldTable {
     /// list ends where the list of the next slot begins, so one more word follows for the end of the last list. The rest of
     /// the buffer holds the sums of blocks of values, from which the prefix sum computes the second part.
     pub cells: Buffer,
-    /// The lists of all cells, one after the other, from which vertices of the next frame pick. An entry is the index of a
-    /// vertex plus 1 in the lower `WORLD_VERTEX_BITS` bits, with random bits above; 0 is an entry without a vertex. If two
-    /// vertices get the same entry, the larger value stays, and the other vertex is not reused.
+    /// The lists of all cells, one after the other, from which vertices of the next frame pick. An entry is one 32-bit
+    /// word: the index of a vertex plus 1 in the lower `WORLD_VERTEX_BITS` bits, with random bits above; 0 is an entry
+    /// without a vertex. If two vertices are written to the same entry, the larger word stays, and the other vertex is
+    /// not reused.
     pub list: Buffer,
 }
 

@@ -178,8 +178,9 @@ fn every_value_counts() {
     assert_eq!(seen.len(), all);
 }
 
-/// A scene whose material has a texture for each of its four values: base colour, metalness with roughness, normals, and
-/// emission. The scene has two images, of which the textures use the first. The tests then change one value after the other.
+/// A scene whose material has a texture for each of its four values: base colour, metalness with roughness,
+/// normals, and emission. The scene has two images, and the textures use the first one. The tests then change
+/// one value after the other.
 fn textured() -> Scene {
     let image = |value| Image {
         name: "i".into(),

@@ -11,11 +11,12 @@ use crate::{Error, Result};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The luminance, in kcd/m², that a radiance of 1 in the image of a generated sky stands for. With 10, most of a clear sky
-/// is below 1. Higher: a darker image.
+/// The luminance, in kcd/m², that a radiance of 1 in the image of a generated sky stands for. With the value
+/// 10, the radiance of most of a clear sky is below 1. A higher value makes the image darker.
 const KILOCANDELAS: f64 = 10.0;
 
 /// The angular radius of the sun's disc as seen from the ground, in radians: half of its apparent diameter.
+/// Texels that the disc covers get the light of the sun.
 const SUN_RADIUS: f64 = 0.2665 * PI / 180.0;
 
 /// The parameters of a generated sky, from which [`Sky::environment`] computes the image of an environment. The user gives
@@ -27,7 +28,8 @@ pub struct Sky {
     /// Azimuth of the sun in degrees, in [−360, 360]. At 0, the sun is seen along −Z; a higher value moves it clockwise, as
     /// seen from above.
     pub azimuth: f64,
-    /// Turbidity, a measure of the haze of the air, in [2, 10]: 2 is very clear, 10 is hazy. Higher: a dimmer sun.
+    /// Turbidity, a measure of the haze of the air, in [2, 10]: 2 is very clear, 10 is hazy. A higher value
+    /// makes the sun dimmer.
     pub turbidity: f64,
     /// Albedo of the grey ground below the horizon, in [0, 1]: the fraction of light that it reflects. With 0 the ground is
     /// black.

@@ -57,8 +57,8 @@ impl fmt::Display for CloseLight {
 /// emissive material). An emitter that is too large for a report is not a candidate (see [`SMALL`]).
 struct Candidate {
     at: DVec3,
-    /// The distance in scene units below which a surface is too close to the light, so that rounding makes its lighting
-    /// wrong: [`COARSE_LIGHT`] × `away`.
+    /// The distance, in scene units, below which a surface is too close to the light: [`COARSE_LIGHT`] ×
+    /// `away`. Rounding then makes the light on the surface wrong.
     reach: f64,
     /// The distance from the light to the camera, in scene units. The light's [`CloseLight::height`] above a surface is the
     /// distance from the light to the surface, divided by `away`.
@@ -76,10 +76,10 @@ struct Candidate {
     name: String,
 }
 
-/// Finds, for a report to the user, the light that is closest to a surface that it lights, which means the one with the
-/// smallest [`CloseLight::height`]. `eye` is the position of the camera in world space; `lights` are the scene's emissive
-/// triangles. Emitters that are too large for a report (see [`SMALL`]) are left out. `None` if all heights are at least
-/// [`COARSE_LIGHT`].
+/// Finds the light that is closest to a surface that it lights, for a report to the user. The closest light
+/// is the one with the smallest [`CloseLight::height`]. `eye` is the position of the camera in world space;
+/// `lights` are the scene's emissive triangles. Emitters that are too large for a report (see [`SMALL`]) are
+/// left out. `None` if all heights are at least [`COARSE_LIGHT`].
 pub(super) fn closest(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Option<CloseLight> {
     let lists = lists(candidates(scene, lights, eye));
     if lists.is_empty() {
@@ -163,7 +163,7 @@ fn lists(candidates: Vec<Candidate>) -> Vec<List> {
     }
     let lists = by_reach.into_values().map(|mut candidates| {
         let around = Bounds::of(candidates.iter().map(|c| c.at));
-        // The one along which they lie farthest apart.
+        // The axis along which the lights lie farthest apart.
         let axis = around.map_or(0, |bounds| bounds.size().max_position());
         candidates.sort_by(|a, b| a.at[axis].total_cmp(&b.at[axis]));
         let reach = candidates.iter().map(|c| c.reach).fold(0.0, f64::max);
@@ -198,7 +198,7 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candid
             name: label("light", index, &light.name),
         });
     }
-    // The bounds, and the normal if it is the same all over.
+    // For each emitter, its bounds, and its normal if all its triangles have the same normal.
     let mut emitters: BTreeMap<EmitterName, (Bounds, Option<DVec3>)> = BTreeMap::new();
     for light in lights {
         let Some(own) = Bounds::of(light.corners.into_iter()) else {
@@ -235,8 +235,9 @@ fn candidates(scene: &Scene, lights: &[LightTriangle], eye: DVec3) -> Vec<Candid
     candidates
 }
 
-/// The point of the triangle with the corners `a`, `b`, `c` that is closest to `p` (Ericson, Real-Time Collision Detection,
-/// 2005, section 5.1.5).
+/// The point of the triangle with the corners `a`, `b`, `c` that is closest to the point `p` (Ericson,
+/// Real-Time Collision Detection, 2005, section 5.1.5). The distance from a light to a surface is measured to
+/// it.
 fn closest_point(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let normal = (b - a).cross(c - a);
     let inside = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) >= 0.0;

@@ -7,9 +7,9 @@ use super::super::{Bounds, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The length of the sides of the cells into which the unit normals of emissive triangles are sorted; it has no unit. Two
-/// planes count as parallel if their normals are in the same cell. Each component of the two normals then differs by less
-/// than this.
+/// The length of the sides of the cells into which the unit normals of emissive triangles are sorted; it has
+/// no unit. Two planes count as parallel if their normals are in the same cell. The difference of the two
+/// normals is then below this length in each component.
 const PARALLEL: f64 = 1e-5;
 
 /// The length of the cells into which the distances of parallel planes from the origin are sorted, as a fraction of the
@@ -27,8 +27,9 @@ const SHIFTS: [f64; 4] = [0.1, 0.35, 0.6, 0.85];
 /// Without a maximum, n copies of a triangle would give about n² / 2 pairs.
 const MOST: usize = 1000;
 
-/// The area that two triangles share, as a fraction of the smaller triangle's area, above which they count as overlapping.
-/// Neighbours with a common edge can share less than this, because their corners are rounded.
+/// The limit above which the area that two triangles share counts as an overlap, as a fraction of the smaller
+/// triangle's area. Neighbours with a common edge can share a smaller area, because their corners are
+/// rounded.
 const LEAST_OVERLAP: f64 = 1e-3;
 
 /// The message for the user that counts the overlapping pairs among the emissive triangles `lights`, and names one pair, so
@@ -59,7 +60,7 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
     let size = corners
         .map(|corner| corner.abs().max_element())
         .fold(0.0, f64::max);
-    // As thick as planes that are the same lie apart.
+    // Boxes are enlarged by the distance at which two planes still count as the same.
     let boxes = lights.iter().map(|light| {
         let [a, b, c] = light.corners;
         Bounds {
@@ -79,7 +80,7 @@ fn overlapping(lights: &[LightTriangle]) -> BTreeSet<(usize, usize)> {
         for (index, light) in lights.iter().enumerate().filter(|(_, l)| l.area > 0.0) {
             planes.entry(plane(light, shift)).or_default().push(index);
         }
-        // A pair is compared where it meets first.
+        // Each pair is compared only in the first grid in which its planes share a cell.
         let met = |one: &LightTriangle, other: &LightTriangle| {
             (SHIFTS[..earlier].iter()).any(|shift| plane(one, *shift) == plane(other, *shift))
         };

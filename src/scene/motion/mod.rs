@@ -21,11 +21,14 @@ pub struct Motion {
     /// The nodes of the tree of transforms by which instances, cameras and lights move. Each node comes after its parent, so
     /// that one pass over the array computes the transform of every node to the world.
     pub nodes: Vec<Node>,
-    /// One entry per instance of the scene: the index of its node in `nodes`, or `None` if the instance does not move.
+    /// One entry per instance of the scene: the index of its node in `nodes`, or `None` if the instance does
+    /// not move. The node's transform to the world becomes that of the instance.
     pub instances: Vec<Option<u32>>,
-    /// One entry per camera of the scene: the index of its node in `nodes`, or `None` if the camera does not move.
+    /// One entry per camera of the scene: the index of its node in `nodes`, or `None` if the camera does not
+    /// move. The node's transform to the world, without its scale, becomes that of the camera.
     pub cameras: Vec<Option<u32>>,
-    /// One entry per punctual light of the scene: the index of its node in `nodes`, or `None` if the light does not move.
+    /// One entry per punctual light of the scene: the index of its node in `nodes`, or `None` if the light
+    /// does not move. The node's transform to the world becomes that of the light.
     pub lights: Vec<Option<u32>>,
     /// The emission of each material whose emission changes with time; each material occurs at most once.
     pub emission: Vec<Emission>,
@@ -43,25 +46,27 @@ pub struct Node {
 /// The transform from a node to its parent: either constant, or changing with time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transform {
-    /// A constant transform. The node can still move with its parent.
+    /// A constant transform to the parent. The node can still move with its parent.
     Fixed(DAffine3),
-    /// A transform that changes with time by keyframes.
+    /// A transform that changes with time, computed from keyframes in each frame.
     Moving(Box<AnimatedTransform>),
 }
 
-/// A transform that changes with time. It applies the scale first, then the rotation, then the translation.
+/// A transform from a node to its parent that changes with time. It applies the scale first, then the
+/// rotation, then the translation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnimatedTransform {
     /// Translation in the space of the parent node, in its units; for a root in world space, in scene units.
     pub translation: Animated<DVec3>,
-    /// Rotation as a unit quaternion.
+    /// Rotation relative to the parent node (to the world for a root), as a unit quaternion.
     pub rotation: Animated<DQuat>,
-    /// Scale factors along x, y and z, without a unit. They can be negative, which mirrors, or 0.
+    /// Scale factors along the node's own x, y and z, without a unit. A negative factor mirrors, and 0 makes
+    /// the node flat.
     pub scale: Animated<DVec3>,
 }
 
-/// The emission of a material as a function of time: the product of a colour and a strength, each of which can have
-/// keyframes. The emission in each frame is computed from it.
+/// The emission of a material as a function of time: the product of a colour and a strength, which can both
+/// have keyframes. The emission in each frame is computed from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emission {
     /// Index into [`crate::scene::Scene::materials`]: the material that emits.

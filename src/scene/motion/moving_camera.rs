@@ -14,8 +14,8 @@ pub struct MovingCamera {
 }
 
 impl MovingCamera {
-    /// The camera with the index `index` in [`Scene::cameras`], with a copy of the motion of `scene`. An index out of range
-    /// is not an error here; [`MovingCamera::at`] then returns one.
+    /// The camera with the index `index` in [`Scene::cameras`], with a copy of the motion of `scene`. If the
+    /// index is out of range, only [`MovingCamera::at`] returns an error.
     pub fn of(scene: &Scene, index: usize) -> Self {
         let cameras = Scene {
             cameras: scene.cameras.clone(),

@@ -27,7 +27,8 @@ pub struct Pose {
 }
 
 impl Motion {
-    /// Computes the state, at `time` (in seconds), of everything that moves.
+    /// Computes the pose at `time` (in seconds): the transforms of all instances, cameras and lights that
+    /// move, and the emissions that change. The renderer draws a frame in the pose at the frame's time.
     pub fn pose(&self, time: f64) -> Pose {
         let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {

@@ -4,7 +4,8 @@
 use glam::{DQuat, DVec3};
 use std::ops::{Add, Mul};
 
-/// A type whose values a track can interpolate: a number, a vector or a rotation.
+/// A type whose values can be the keys of a [`Track`], which interpolates between them: a number, a vector or
+/// a rotation.
 pub trait Keyed: Copy + PartialEq + Add<Output = Self> + Mul<f64, Output = Self> {
     /// The value at the fraction `t` in [0, 1] of the way from this value to `next`. Numbers and vectors are interpolated
     /// linearly, rotations spherically.
@@ -70,7 +71,8 @@ impl Keyed for DQuat {
 pub enum Interpolation {
     /// Between two keys, the value is that of the earlier key. It jumps to the next key's value at the time of that key.
     Step,
-    /// The value between two keys is interpolated linearly; a rotation spherically, along the shorter arc.
+    /// Between two keys, the value is interpolated linearly. A rotation is interpolated spherically, along
+    /// the shorter arc.
     Linear,
     /// The value follows a cubic Hermite spline through the values of the keys. Each key also stores two tangents of the
     /// spline: one for the curve before the key, and one for the curve after it.
@@ -81,7 +83,8 @@ pub enum Interpolation {
 /// property's value at any time from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track<T> {
-    /// The method by which values between keys are computed.
+    /// The method by which [`Track::at`] computes values between keys: the earlier key's value, linear, or a
+    /// cubic spline.
     pub interpolation: Interpolation,
     /// The times of the keys in seconds: at least one, finite, not negative, and each later than the one before.
     pub times: Vec<f64>,
@@ -213,27 +216,27 @@ pub struct Animated<T> {
 }
 
 impl<T: Keyed> Animated<T> {
-    /// A value that is always `rest`, without keyframes.
+    /// Makes a constant value: it is `rest` at all times, without keyframes.
     pub fn still(rest: T) -> Self {
         Self { rest, track: None }
     }
 
-    /// The value at `time` (in seconds).
+    /// The value at `time` (in seconds): that of the track or, if there is no track, `rest`.
     pub fn at(&self, time: f64) -> T {
         self.track
             .as_ref()
             .map_or(self.rest, |track| track.at(time))
     }
 
-    /// The values at the keys, in the order of their times; if there is no track, the constant value alone. An
-    /// upper bound of a material's emission is computed from them.
+    /// The values at the keys, in the order of their times; if there is no track, the constant value alone.
+    /// An upper bound of a material's emission is computed from them.
     pub fn keys(&self) -> impl Iterator<Item = T> {
         let rest = self.track.is_none().then_some(self.rest);
         rest.into_iter()
             .chain(self.track.iter().flat_map(Track::keys))
     }
 
-    /// The time of the last key in seconds; 0 if there is no track.
+    /// The time of the last key in seconds, after which the value is constant; 0 if there is no track.
     pub fn seconds(&self) -> f64 {
         let last = self.track.as_ref().and_then(|track| track.times.last());
         last.copied().unwrap_or(0.0)

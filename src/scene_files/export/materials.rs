@@ -13,7 +13,8 @@ use serde_json::{Map, Value, json};
 /// it among its extensions.
 pub const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 
-/// The JSON of a material. The textures that it uses, and their samplers, are added to `textures`.
+/// The glTF JSON of one material, which becomes an element of the list `materials` of the file. The textures
+/// and samplers that the material uses are added to `textures`.
 pub fn material(material: &Material, textures: &mut Textures) -> Value {
     let mut surface = json!({
         "baseColorFactor": material.base_color.extend(material.alpha).to_array(),
@@ -78,8 +79,9 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
     value
 }
 
-/// The JSON of all textures of the file and of all samplers (their filters and wrap modes), collected while materials are
-/// written. Equal ones are stored once. Materials refer to them by index.
+/// The JSON of all textures of the file, and of their samplers (filters and wrap modes). Both lists are
+/// filled while materials are written, and an equal texture or sampler is stored only once. Materials refer
+/// to textures by their indices.
 #[derive(Default)]
 pub struct Textures {
     pub textures: Vec<Value>,

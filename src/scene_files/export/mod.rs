@@ -117,7 +117,7 @@ fn document(scene: &Scene, binary: &mut Binary) -> Result<Value> {
     let mut nodes = animations::nodes(motion);
     let (mut roots, mut moving_roots) = (Vec::new(), Vec::new());
     moving_roots.extend((0..nodes.len()).filter(|&node| motion.nodes[node].parent.is_none()));
-    // What moves is a child of one of the motion's nodes, without a transform of its own.
+    // A moving object becomes a child of a node of the motion, without a transform in its own node.
     let mut place = |mut node: Value, parent: Option<u32>, to_world: &DAffine3| {
         let index = nodes.len();
         match parent {

@@ -17,7 +17,8 @@ const ZEROS: [u8; 16] = [0; 16];
 /// elements could otherwise fill the memory with zeros.
 const MAX_ZEROS: u64 = 1 << 20;
 
-/// Reads the accessors of a document from the bytes of its buffers, for meshes, animations and images.
+/// A reader of the accessors of a glTF document. It returns vertices and indices of meshes, keyframes of
+/// animations and the bytes of images from the buffers of the file.
 #[derive(Clone, Copy)]
 pub struct Accessors<'a> {
     pub document: &'a Document,
@@ -38,7 +39,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The name of the type in glTF's JSON, such as `VEC3`.
+    /// The name of the type in glTF's JSON, such as `VEC3`. The `type` of an accessor is compared with it,
+    /// and messages show it.
     const fn name(self) -> &'static str {
         match self {
             Self::Vec2 => "VEC2",
@@ -56,8 +58,8 @@ impl Kind {
     }
 }
 
-/// The elements of one accessor, such as the positions of vertices. It was checked that they lie in the buffers, so reading
-/// an element cannot fail.
+/// The elements of one accessor, such as the positions of vertices. [`Accessors`] has checked that all
+/// `count` elements lie in the buffers, so reading an element cannot fail.
 pub struct Elements<'a> {
     pub count: u64,
     component: Component,
@@ -307,8 +309,9 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    /// The bytes of the buffer view at the index `view` in the file. `what` is the element that uses the view, for messages.
-    /// Fails if the view or its buffer does not exist, or if the view extends beyond its buffer.
+    /// The bytes of the buffer view at the index `view` in the file, from which elements or an encoded image
+    /// are read. `what` is the element that uses the view, for messages. Fails if the view or its buffer does
+    /// not exist, or if the view extends beyond its buffer.
     pub fn view(&self, what: &str, view: u64) -> Result<&'a [u8]> {
         let views = &self.document.buffer_views;
         let Some(found) = get(views, view) else {
@@ -383,8 +386,8 @@ impl Strided<'_> {
 }
 
 impl Elements<'_> {
-    /// The vertex index that the element at `index` contains. The element must be one unsigned integer, as
-    /// [`Accessors::indices`] ensures.
+    /// The vertex index that the element at `index` contains, counted from 0 among the vertices of the
+    /// primitive. The element must be one unsigned integer, as [`Accessors::indices`] ensures.
     pub fn index(&self, index: u64) -> u64 {
         self.component.index(self.element(index as usize))
     }

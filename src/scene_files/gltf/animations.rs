@@ -140,8 +140,8 @@ fn target(
     })
 }
 
-/// The place from which the keyframes of one channel are read: the sampler with the index `sampler` in `animation`. Messages
-/// state `animation_index`, the index of the animation in the file, and `channel`, a text that names the channel.
+/// The source of the keyframes of one channel: the sampler with the index `sampler` in `animation`. Messages
+/// name the animation by `animation_index`, its index in the file, and the channel by the text `channel`.
 struct Source<'a> {
     accessors: &'a Accessors<'a>,
     animation: &'a Animation,
@@ -151,9 +151,9 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Reads and checks the keyframes of the sampler. `kind` is the type of their values with its number of components, such
-    /// as `VEC3` with 3; `make` makes one value from this number of components. Fails if an index, a type, a time or a value
-    /// is wrong.
+    /// Reads and checks the keyframes of the sampler; their times are in seconds. `kind` is the glTF type of
+    /// a value and its number of components, such as `VEC3` and 3. `make` makes one value of the track from
+    /// this many numbers. Fails if an index, a type, a time or a value is wrong.
     fn track<T: Keyed>(&self, kind: (&str, usize), make: impl Fn(&[f64]) -> T) -> Result<Track<T>> {
         let samplers = &self.animation.samplers;
         let Some(sampler) = get(samplers, self.sampler) else {

@@ -16,14 +16,15 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 
-/// A decoder of base64 in the standard alphabet. Like browsers, it accepts text without padding, and ignores bits at the end
-/// that do not fill a byte.
+/// The decoder of the base64 text in data URIs (standard alphabet), from which buffers and images are read.
+/// Like browsers, it accepts text without padding, and ignores bits at the end that do not fill a byte.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &alphabet::STANDARD,
     PAD_INDIFFERENT.with_decode_allow_trailing_bits(true),
 );
 
-/// The JSON of a glTF file, and its binary chunk if it has one. Both are borrowed from the bytes of the file.
+/// The two parts of a glTF file: the bytes of its JSON, and the bytes of its binary chunk (buffer 0), or
+/// `None` if the file has no such chunk. Both are borrowed from the bytes of the file.
 type Chunks<'a> = (Cow<'a, [u8]>, Option<Cow<'a, [u8]>>);
 
 /// Splits the bytes of a glTF file into its chunks. If they do not begin with the header of a GLB file, all bytes are JSON
@@ -188,9 +189,9 @@ fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
     })
 }
 
-/// The path of the file that a URI names, with its percent codes decoded. It is relative to the scene's folder, or absolute
-/// for `file://`. Fails if the URI names a file on another machine, or if a percent code is wrong. `what` names the element
-/// with the URI in messages.
+/// The path of the file that a URI names, with its percent codes decoded; the caller opens this file. The
+/// path is relative to the scene's folder, or absolute for `file://`. `what` is the element with the URI, for
+/// messages. Fails if the URI names a file on another machine, or if a percent code is wrong.
 pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
     // A file of another machine cannot be opened.
     let local = (uri.strip_prefix("file://localhost")).or_else(|| uri.strip_prefix("file://"));
@@ -209,8 +210,8 @@ pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
     })
 }
 
-/// The bytes that a data URI contains. `data` is the text after `data:`, such as `[type];base64,…`. `None` if the text is
-/// not valid base64.
+/// The bytes that a data URI contains: the content of a buffer or an encoded image. `data` is the text of the
+/// URI after `data:`, such as `[type];base64,…`. `None` if the text is not valid base64.
 pub fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, content) = data.split_once(',')?;
     kind.ends_with(";base64").then_some(())?;

@@ -146,8 +146,8 @@ pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
     )
 }
 
-/// The kinds of textures that are not supported but that some material has, each with the number of materials that have it,
-/// such as `occlusion (3)`. A notice lists them.
+/// The names of unsupported kinds of textures that some material has, such as specular, each with the number
+/// of these materials: `occlusion (3)`. A notice to the user lists them.
 fn ignored_textures(materials: &[FileMaterial]) -> Vec<String> {
     let kinds = ["occlusion", "specular", "specular colour"];
     let mut counts = [0; 3];

@@ -36,12 +36,13 @@ impl Topology {
     }
 }
 
-/// Reads the meshes of a file, one after another, and converts them to meshes of the scene. It keeps its table of vertex
-/// indices from mesh to mesh, to reuse the memory.
+/// The reader of the meshes of a glTF file, which converts one mesh after another to a mesh of the scene. It
+/// keeps its table of vertex indices (`indices_in_mesh`) between meshes, to reuse the memory.
 pub struct Meshes<'a> {
     accessors: Accessors<'a>,
-    /// One entry for each material of the file, with two flags: whether a texture of the material uses the first set of
-    /// texture coordinates, and whether one uses the second. Sets that are not used are not read.
+    /// One entry for each material of the file, with two flags: the first is true if a texture of the
+    /// material uses the first set of texture coordinates, and the second is true if one uses the second set.
+    /// Unused sets are not read.
     sets: Vec<[bool; 2]>,
     /// One entry for each material of the file: true if it has a normal map. Tangents are read only for triangles with such
     /// a material.
@@ -60,9 +61,9 @@ pub struct Meshes<'a> {
 }
 
 impl<'a> Meshes<'a> {
-    /// Prepares to read the meshes of the document in `accessors`. `materials` are the scene's materials, one for each
-    /// material of the file, in the order of the file. From their textures it is known which texture coordinates and
-    /// tangents must be read.
+    /// Makes a reader for the meshes of the document in `accessors`. `materials` are the scene's materials,
+    /// one for each material of the file, in the order of the file. Their textures decide which texture
+    /// coordinates and tangents are read.
     pub fn new(accessors: Accessors<'a>, materials: &[Material]) -> Self {
         let sets = |material: &Material| {
             [0, 1].map(|set| material.textures().any(|(_, texture)| texture.set == set))

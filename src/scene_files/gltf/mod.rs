@@ -1,8 +1,9 @@
-//! Reads glTF 2.0: `.gltf` and `.glb`.
+//! Reads scenes from glTF 2.0 files (`.gltf` and `.glb`).
 //!
-//! The `gltf` crate supplies the GLB container; [`document`] gives the reasons why its types are not used. Its validation
-//! and traversal are not used either: they panic or recurse without end on some broken files. Indices are followed by
-//! checked look-ups, and the ranges of accessors are checked before they are read.
+//! The `gltf` crate is used only to split a GLB file into its chunks; [`document`] gives the reasons why its
+//! types are not used. Its validation and traversal are not used either: they panic or recurse without end on
+//! some broken files. Instead, each index is checked when it is followed, and each range of an accessor is
+//! checked before it is read.
 
 mod accessors;
 mod animations;

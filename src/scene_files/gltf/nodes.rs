@@ -24,7 +24,7 @@ pub struct Placed<'a> {
 }
 
 impl Placed<'_> {
-    /// The name of the node in messages, such as `node 3 "Lamp"`.
+    /// The name of the node, such as `node 3 "Lamp"`. Errors and notices refer to the node by this text.
     pub fn label(&self) -> String {
         label("node", self.index, &self.node.name)
     }
@@ -39,8 +39,8 @@ impl Placed<'_> {
         }
     }
 
-    /// The node's scale, rotation (a unit quaternion) and translation in the file. Those of them that have no keyframes keep
-    /// this value at all times.
+    /// The node's scale, rotation (a unit quaternion) and translation in the file. A property without
+    /// keyframes keeps this value at all times.
     pub fn rest(&self) -> (DVec3, DQuat, DVec3) {
         rest(self.node)
     }
@@ -55,8 +55,9 @@ fn rest(node: &Node) -> (DVec3, DQuat, DVec3) {
     )
 }
 
-/// All nodes of the default scene, depth first: each node comes after its parent, and the children of a node are in the
-/// order of the file. Fails if the nodes do not form trees, an index is out of range, or a transform is wrong.
+/// All nodes of the default scene, depth first: each node comes after its parent, and the children of a node
+/// are in the order of the file. Instances, cameras, lights and motion are made from this list. Fails if the
+/// nodes do not form trees, an index is out of range, or a transform is wrong.
 pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
     let parents = parents(document)?;
     let mut waiting: Vec<(usize, Option<u32>, DAffine3)> = roots(document, &parents)?
@@ -134,9 +135,10 @@ fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
     Ok(parents)
 }
 
-/// The indices of the root nodes of the default scene. If the file names no default scene, its first scene is used; if it
-/// has no scenes, the roots are all nodes without a parent. Fails if a root is out of range, is a child of another node, or
-/// is listed twice.
+/// The indices of the root nodes of the default scene, at which the traversal of its trees starts. If the
+/// file names no default scene, its first scene is used; if it has no scenes, the roots are all nodes without
+/// a parent. Fails if the index of the scene or of a root is out of range, or if a root is a child of another
+/// node or is listed twice.
 fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
     let chosen = document.scene.unwrap_or(0);
     let Some(scene) = get(&document.scenes, chosen) else {
@@ -189,9 +191,10 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
     ))
 }
 
-/// The camera of the node `placed`. `camera` is its description, at `index` in the file's list of cameras. `None`, with a
-/// notice in `tally`, if the camera is orthographic, or if the node's transform has a scale of 0 or its axes in one plane
-/// and so gives no direction. Fails if the field of view or the aspect ratio is wrong.
+/// Makes the scene's camera from a camera of the file and from `placed`, the node that refers to it. `index`
+/// is the camera's index in the file. The result is `None`, with a notice in `tally`, if the camera is
+/// orthographic, or if the node's transform is singular (a scale of 0, or axes in one plane) and so has no
+/// viewing direction. Fails if the field of view or the aspect ratio is wrong.
 pub fn camera(
     placed: &Placed,
     index: u64,

@@ -27,11 +27,12 @@ pub struct Textures<'a> {
     images: Vec<Option<u32>>,
 }
 
-/// Where the encoded bytes of an image (PNG, JPEG or WebP) come from: a file, a data URI or a buffer view. The bytes are
-/// read only if no earlier image has the same source.
+/// The source of the encoded bytes of an image (PNG, JPEG or WebP): a file, a data URI or a buffer view. The
+/// bytes are read only if no earlier image has the same source.
 enum Source<'a> {
     File(SceneFile),
-    /// The text of a data URI after `data:`, such as `image/png;base64,…`.
+    /// The text of a data URI after `data:`, such as `image/png;base64,…`. The bytes are decoded from its
+    /// base64.
     Uri(&'a str),
     /// The index, among the buffer views of the glTF file, of the view that contains the bytes.
     View(u64),
@@ -236,9 +237,10 @@ fn transform(placed: &TextureTransform) -> Affine2 {
 }
 
 impl<'a> Source<'a> {
-    /// The source of an image's bytes; `None` if the image's file is missing, or is outside of the scene's folder while the
-    /// user permits missing files. Fails if the image has no source, if its URI does not name a local file, or if the file
-    /// cannot be opened or is outside of the scene's folder without a permission. `what` is the image's name in messages.
+    /// The source of an image's bytes, from which [`Self::read`] reads them. `None` if the image's file is
+    /// missing, or is outside of the scene's folder while the user permits missing files. Fails if the image
+    /// has no source, if its URI does not name a local file, or if the file cannot be opened or is outside of
+    /// the scene's folder without a permission. `what` is the image's name in messages.
     fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {

@@ -1,4 +1,4 @@
-//! The MTL files that an OBJ file names.
+//! Reads the MTL files that an OBJ file names, and adds their materials to the scene.
 
 use super::lines::Line;
 use super::mtl;
@@ -26,10 +26,12 @@ const MTL_RATIO: u64 = 128;
 const NAME_BYTES: u64 = 128;
 
 impl Reader<'_> {
-    /// Reads the MTL files that an `mtllib` statement names.
+    /// Reads the MTL files that an `mtllib` statement names, and adds their materials to the scene. A file
+    /// that does not exist is left out, with a notice to the user.
     ///
     /// # Errors
-    /// An MTL file is damaged, too large, or outside of the scene's folder.
+    /// An MTL file cannot be opened, is damaged or too large, or is outside of the scene's folder without the
+    /// user's permission; or there is not enough memory.
     pub(super) fn material_library(&mut self, line: &Line) -> Result<()> {
         // A name may contain spaces, and there may be several names.
         if self.library(line, line.rest)? {
@@ -74,8 +76,9 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads an MTL file and adds its materials to the scene. Does nothing if the same file was already read under another
-    /// path. `name` is the file's path in the OBJ file, for messages.
+    /// Reads an MTL file and adds its materials to the scene. Does nothing if the same file was already read
+    /// under another path. `name` is the file's path in the OBJ file, for messages. Fails if the file has
+    /// more than [`MAX_MTL_BYTES`] bytes or a wrong statement, or if there is not enough memory.
     fn read_library(&mut self, name: &str, file: SceneFile) -> Result<()> {
         if !self.libraries.insert(file.id) {
             return Ok(());

@@ -23,14 +23,15 @@ pub struct Lines<R> {
 /// interprets the text. Lines that a backslash joins are one statement.
 pub struct Line<'a> {
     number: usize,
-    /// The first word of the statement, such as `v` or `newmtl`.
+    /// The first word of the statement, such as `v` or `newmtl`. It decides how `rest` is interpreted.
     pub keyword: &'a str,
     /// The text after the keyword, without spaces at its start and end; empty if nothing follows the keyword.
     pub rest: &'a str,
 }
 
 impl<R: BufRead> Lines<R> {
-    /// A reader of the statements of `source`, which is the content of an OBJ or MTL file.
+    /// Makes a reader that returns the statements of `source`, the content of an OBJ or MTL file, beginning
+    /// with the first.
     pub fn new(source: R) -> Self {
         Self {
             source,
@@ -103,7 +104,8 @@ impl<R: BufRead> Lines<R> {
 }
 
 impl<'a> Line<'a> {
-    /// The words after the keyword, in their order.
+    /// The words of the statement after its keyword, separated by white space, in their order: the arguments
+    /// of the statement, such as the numbers of a vertex.
     pub fn words(&self) -> impl Iterator<Item = &'a str> + use<'a> {
         self.rest.split_whitespace()
     }

@@ -1,5 +1,5 @@
-//! Loads the textures of MTL materials. This happens after the whole OBJ file is read, because only then is it known which
-//! materials faces use: only the images of these are read.
+//! Loads the textures of MTL materials, after the whole OBJ file is read. Only then is it known which
+//! materials have faces, and only the images of these materials are read.
 
 use super::mtl::{Map, Maps};
 use crate::base::memory;

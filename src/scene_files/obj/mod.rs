@@ -1,4 +1,4 @@
-//! Wavefront OBJ: polygons in objects and groups, with materials from MTL files.
+//! Reads Wavefront OBJ files: polygons in objects and groups, with materials from MTL files.
 //!
 //! This reader replaces the `tobj` crate. Errors of that crate name no line, it takes 4.4 times the size of a file in
 //! memory, and its version 4.0.5 fails on these files:
@@ -115,9 +115,9 @@ struct Reader<'a> {
     /// The origin of the current mesh, in the coordinates of the file. The mesh stores its positions relative to this point,
     /// so that f32 is precise enough far from the file's origin.
     center: DVec3,
-    /// The number of positions that were read before the origin of a mesh was last computed. The next mesh gets an origin
-    /// from the positions after these. If there are none, as in a file that lists all positions first, the next mesh keeps
-    /// the last origin.
+    /// The length that `positions` had when the origin of a mesh was last computed. The origin of the next
+    /// mesh is computed from the positions after these. If there are none, as in a file that lists all
+    /// positions first, the next mesh keeps the last origin.
     centered: usize,
     normals: Vec<Vec3>,
     coordinates: Vec<Vec2>,
@@ -383,8 +383,8 @@ fn center_of(positions: &[DVec3]) -> DVec3 {
         .map_or(DVec3::ZERO, |bounds| bounds.center())
 }
 
-/// Checks that at least `bytes` bytes of memory are free for the data of the statement `line`. If less is free, this fails;
-/// the error names the statement.
+/// Checks that at least `bytes` bytes of memory are free for the data of the statement `line`, before they
+/// are allocated. Fails if less is free; the error names the statement.
 fn check_memory(line: &Line, bytes: u64) -> Result<()> {
     memory::check(bytes).map_err(|cause| line.wrong(&format!("{cause}; give a smaller scene")))
 }

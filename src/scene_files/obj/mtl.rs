@@ -10,7 +10,8 @@ use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-/// The statements of an MTL file that the reader ignored. The caller makes notices for the user from it.
+/// The statements of an MTL file that the reader ignored. The reader of the OBJ file makes notices for the
+/// user from these lists.
 #[derive(Default)]
 pub struct Library {
     /// The keywords of unsupported textures in the file, such as `bump`, each once. There may be one more than
@@ -60,7 +61,8 @@ impl Maps {
         }
     }
 
-    /// All textures of the material, in the order of the fields; at most five.
+    /// The textures of the material, in the order of the fields: none to five. The loader reads the image
+    /// file of each.
     pub fn all(&self) -> impl Iterator<Item = &Map> {
         [
             &self.base_color,
@@ -87,7 +89,7 @@ pub struct Map {
     pub transform: Affine2,
     /// True if the texels at the edge continue beyond the image (option `-clamp on`); false if the image repeats.
     pub clamp: bool,
-    /// Where the MTL file states the texture, such as `line 12`, for messages.
+    /// The line on which the MTL file states the texture, as a text for messages: `line 12`.
     pub location: String,
 }
 
@@ -262,7 +264,8 @@ fn physical(material: &mut Material) {
     material.specular = Material::default().specular;
 }
 
-/// The words after the statement's keyword as linear red, green and blue. A single number stands for all three channels.
+/// The linear RGB colour that a statement such as `Kd` or `Ke` states. A single number stands for all three
+/// channels. Fails if there are two words or none, or if a word is not a finite number.
 fn color(line: &Line) -> Result<Vec3> {
     if line.words().count() == 1 {
         return Ok(Vec3::splat(number(line)?));

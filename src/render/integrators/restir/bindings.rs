@@ -21,7 +21,7 @@ crate::bindings! {
 
 crate::bindings! {
     /// Bindings of the pass `pilots`, which traces the pilot of each pixel: its first BSDF ray. Direct and indirect light
-    /// share it, so that the ray is traced only once. Later passes read what it has hit.
+    /// share this ray, so that it is traced only once. Later passes read the hit of the ray.
     pub struct TracePilots {
         [offers scene: SceneBindings]
         [optional write pilots]

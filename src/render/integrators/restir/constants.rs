@@ -83,10 +83,10 @@ pub fn reuse_constants(
         temporal_confidence_cap: resampling.temporal.confidence_cap as f32,
         spatial_confidence_cap: spatial.confidence_cap as f32,
         neighbours: spatial.neighbours,
-        // Pixels close together merge many of the same samples, so that their noise is alike. At full confidence it would
-        // stay for many frames: an error of .0061 instead of .0045 after eight frames of `cornell`, with `balanced`. So
-        // the merge counts no more than one of `neighbours`; but at least 3, since at 1 the second frame has more noise
-        // than the first.
+        // Pixels that are close together merge many of the same samples, so their noise is correlated. If the merge got
+        // its full confidence, this noise would stay for many frames (in `cornell` with `balanced`, the error after eight
+        // frames would be 0.0061 instead of 0.0045). So the confidence is limited to that of a merge with only
+        // `neighbours` neighbours. It is at least 3, because with 1 the second frame has more noise than the first.
         confidence_without_history: if resampling.most_neighbours() > spatial.neighbours {
             (1 + spatial.neighbours).max(3) as f32
         } else {
@@ -103,11 +103,11 @@ pub fn reuse_constants(
     }
 }
 
-/// The light samples, of `count`, that are drawn from the light BVH: their number, and this as a fraction of `count`.
-/// The other samples are drawn among all lights, because the light BVH does not contain lights at infinite distance.
-/// `distant_fraction` is the probability that a draw among all lights selects such a light; the higher it is, the more
-/// samples are drawn among all lights. If `count` is 1, the returned number is 1, and the returned fraction is the
-/// probability that this sample is drawn from the light BVH.
+/// Returns how many of `count` light samples are drawn from the light BVH (a tree of lights), and this number as a
+/// fraction of `count`. The other samples are drawn among all lights, because the light BVH does not contain lights at
+/// infinite distance. `distant_fraction` is the probability, in [0, 1], that a draw among all lights selects such a
+/// light; the higher it is, the more samples are drawn among all lights. If `count` is 1, the returned number is 1, and
+/// the returned fraction is the probability that this sample is drawn from the light BVH.
 fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) -> (u32, f32) {
     let rest = settings.uniform_share + (1.0 - settings.uniform_share) * distant_fraction;
     match count {
@@ -141,9 +141,9 @@ pub fn jitter(seed: u32, frame: u32) -> Vec2 {
     Vec2::from_array(scrambled.map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24)))
 }
 
-/// An Owen scramble of `x` by a hash (Laine and Karras 2011). `x` is one coordinate of a point of the Sobol' sequence,
-/// multiplied by 2³². Whether a bit of `x` is flipped depends on the bits above it and on `seed`. So the scrambled points
-/// are as evenly distributed as those of the sequence.
+/// Returns the Owen scramble of `x`, computed with a hash (Laine and Karras 2011). `x` is one coordinate of a point of
+/// the Sobol' sequence, multiplied by 2³². A bit of `x` is flipped or not depending on the bits above it and on `seed`.
+/// So the scrambled points are as evenly distributed as those of the sequence.
 fn owen_scramble(x: u32, seed: u32) -> u32 {
     let mut bits = x.reverse_bits().wrapping_add(seed);
     for factor in [0x6C50_B47C_u32, 0xB82F_1E52, 0xC7AF_E638, 0x8D22_F6E6] {

@@ -12,9 +12,9 @@ use crate::render::world_reservoirs::WorldLight;
 /// The passes and reservoirs of indirect light, which is scattered at least twice between emitter and camera. In a frame,
 /// these passes run after those of direct light.
 pub struct IndirectLight {
-    /// The pass `initial_indirect`. For each pixel, it traces paths from the camera. Where a path hits an emitter or one of
-    /// its vertices is connected with a light, there is a candidate (a path from the camera to a light). The pass stores one
-    /// of the candidates in the pixel's reservoir.
+    /// The pass `initial_indirect`. For each pixel, it traces paths from the camera. Each hit of an emitter, and each
+    /// connection of a path vertex with a light, gives a candidate (a path from the camera to a light). The pass stores
+    /// one of the candidates in the pixel's reservoir.
     pub initial: ComputePass,
     /// The world reservoirs, which are the reservoirs of path vertices and are found by their position in the scene. The
     /// path vertices of the next frame reuse the light samples in them. `None` unless the setting is

@@ -227,7 +227,7 @@ impl Restir {
             counters,
             has_frame: false,
             constants: RestirConstants {
-                // The pilots are drawn as candidates of direct light are.
+                // Pilots are drawn with the settings of direct light.
                 reuse: for_shaders(&settings.direct.resampling),
                 world,
                 ..constants::frame_constants(
@@ -258,7 +258,8 @@ impl Restir {
         direct.chain(self.indirect.iter().map(|light| &light.reuse))
     }
 
-    /// The world reservoirs (those of path vertices); `None` if the settings use none.
+    /// The world reservoirs (the reservoirs of path vertices), with the table that finds them; `None` if the settings use
+    /// none.
     fn world(&self) -> Option<&WorldLight> {
         self.indirect.as_ref()?.world.as_ref()
     }
@@ -304,15 +305,15 @@ impl Restir {
         }
     }
 
-    /// Begins the frame with the index `index`, which shows what `camera` sees. From now on, the data of the frame that was
-    /// rendered last counts as the data of the previous frame. Also sets the constants of the new frame.
+    /// Begins the frame with the index `index`, seen by `camera`: sets the constants of the frame, and makes the data of
+    /// the frame that was rendered last the data of the previous frame, which passes can reuse.
     pub(in crate::render) fn begin_frame(&mut self, index: u32, camera: GpuCamera) {
         let constants = &mut self.constants;
         constants.frame = index;
         constants.previous_camera = constants.view.camera;
         constants.view.camera = camera;
         constants.previous_jitter = constants.jitter;
-        // The pixel and the depth then give the position of a surface.
+        // Shaders compute the position of a surface from its pixel, this jitter, and its depth.
         constants.jitter = constants::jitter(constants.view.seed, index);
         self.sample_data.advance();
         if let Some(world) = self
@@ -334,7 +335,7 @@ impl Restir {
     /// passes, which read them.
     ///
     /// # Errors
-    /// Only those of every driver call, see [`crate::gpu`].
+    /// A uniform buffer is too small for the constants, which does not happen with the buffers of this type.
     pub(in crate::render) fn upload_constants<'a>(
         &'a self,
         recording: &mut Recording<'a>,

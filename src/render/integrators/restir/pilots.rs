@@ -1,5 +1,5 @@
-//! The buffer with the pilots of a frame. A pilot is the first BSDF ray of a pixel, which direct and indirect light share,
-//! so that it is traced only once.
+//! The buffer with the pilots of a frame. A pilot is the first BSDF ray of a pixel. Direct and indirect light share this
+//! ray, so that it is traced only once.
 
 use crate::gpu::Buffer;
 

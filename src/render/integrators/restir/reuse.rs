@@ -83,8 +83,8 @@ impl Reuse {
         })
     }
 
-    /// Begins a frame. From now on, the reservoirs of the frame that was rendered last count as those of the previous frame.
-    /// The constants of the passes are set to `constants`, together with the settings of resampling.
+    /// Begins a frame: sets the constants of its passes to `constants`, together with the settings of resampling, and
+    /// makes the reservoirs of the frame that was rendered last those of the previous frame, which temporal reuse merges.
     pub fn begin_frame(&mut self, constants: &RestirConstants) {
         self.reservoirs.advance();
         self.constants = RestirConstants {

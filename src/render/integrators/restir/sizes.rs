@@ -14,20 +14,20 @@ use crate::shader_interface::{
 use crate::{Error, Result};
 use glam::Vec3;
 
-// A pilot fits into the reservoir that holds it.
+// The buffer of reservoirs of indirect light can store pilots, so a pilot must not be larger than a reservoir.
 const _: () = assert!(PILOT_WORDS <= INDIRECT_COMPACT_WORDS);
 
 /// The sizes in bytes of the buffers of reservoir resampling for one picture, with which the buffers are allocated and
-/// checked against the limits of the device. Buffers of which two copies are needed (for the previous frame, or for the
-/// input and the output of spatial reuse) are allocated twice with this size.
+/// checked against the limits of the device. Some buffers need two copies (for the previous frame, or for the input and
+/// the output of spatial reuse); each copy has the size that is stored here.
 pub struct BufferSizes {
     /// The number of slots for pixels in each buffer (not bytes): the number of pixels of the picture, padded to whole tiles
     /// if pixels are ordered in tiles.
     pub slots: u64,
-    /// Size of the buffer of the picture, in bytes. It stores the RGB radiance of each pixel.
+    /// Size in bytes of the buffer of the picture, which stores the RGB radiance of each pixel as three 32-bit floats.
     pub color: u64,
-    /// Size of the buffer of sample data, in bytes. It stores the primary surface of each pixel, which is the surface that
-    /// the camera sees there.
+    /// Size in bytes of the buffer of sample data. This buffer stores the primary surface of each pixel, which is the
+    /// surface that the camera sees there.
     pub sample_data: u64,
     /// Size in bytes of the separate buffer for the pilots (the first BSDF ray of each pixel). 0 if there are no pilots, or
     /// if they are stored in the buffer of the reservoirs of indirect light.

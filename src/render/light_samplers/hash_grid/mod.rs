@@ -91,7 +91,7 @@ fn counts(filled_by: HashGrid, view: &ViewConstants) -> (u64, u64) {
         }
         HashGrid::Points => 2 * SURFACE_POINTS as u64,
     };
-    // With half of them free, few cells share one.
+    // At least half of the slots stay free, so that few cells share a slot.
     (surfaces, (2 * surfaces).next_power_of_two())
 }
 
@@ -158,7 +158,7 @@ impl HashGridLight {
                         normal: pack_octahedral(normal),
                     })
                     .collect();
-                // An empty scene has none.
+                // A scene without surfaces has no such points.
                 sources = both_sides.len() as u32;
                 let points = buffer(points)?;
                 points.write(&both_sides)?;
@@ -257,9 +257,9 @@ impl LightSampler for HashGridLight {
     }
 }
 
-/// The side of a cell, in the same unit as the coordinates of `points`: the longest side of the bounding box of all points,
-/// divided by `cells`. Used if points in the whole scene fill the grid. It is 1 if the bounding box has no extent, for
-/// example without points.
+/// The side of a cell, in the same unit as the coordinates of `points`: the longest side of the bounding box of all
+/// points, divided by `cells`. This side is used if points in the whole scene fill the grid. It is 1 if the bounding box
+/// has no extent, for example without points.
 fn cell_size(points: &[SurfacePoint], cells: u32) -> f32 {
     let positions = points.iter().map(|point| point.position);
     let low = positions

@@ -29,11 +29,11 @@ pub struct HashGridSettings {
     /// The points for which the reservoirs are made (surfaces of pixels, or points in the whole scene), and the MIS weights
     /// with which pixels merge the reservoirs. `published` is biased.
     pub mode: GridMode,
-    /// Side of a cell of space, as the number of pixels that it spans in the picture. The length of the side in the scene is
-    /// a power of two (in the device's unit of length), so that cells stay in place while the camera moves. Of the two
-    /// powers nearest to the length of this many pixels, one below and one above, one is chosen at random. Higher: more
-    /// pixels merge the same reservoirs, which were made for surfaces farther away from these pixels. No effect with
-    /// `published`.
+    /// Side of a cell of space, as the number of pixels that it spans in the picture. The length of the side in the scene
+    /// is a power of two (in the device's unit of length), so that cells stay in place while the camera moves. It is
+    /// chosen at random: either the next power of two below the length that this many pixels span, or the next one above.
+    /// Higher: more pixels merge the same reservoirs, which were made for surfaces farther away from these pixels. No
+    /// effect with `published`.
     #[schemars(range(min = 1, max = 1024))]
     pub cell: u32,
     /// Number of cells along the longest side of the box around all surfaces of the scene. Higher: smaller cells, so

@@ -19,8 +19,8 @@ pub enum Scale {
     Number(f32),
 }
 
-/// A [`Scale`] in the form in which TOML and JSON files contain it: a number, or the word `auto`. Files are read and written
-/// through it; other words, and numbers out of range, are errors.
+/// A [`Scale`] in the form in which TOML and JSON files contain it: a number, or the word `auto`. When a file is read,
+/// this form is converted to a [`Scale`]; other words, and numbers out of range, are errors.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum Written {
@@ -143,16 +143,17 @@ pub struct LightBvhSettings {
     /// then a light of the group. `skipped`: they are not drawn from the tree, but only among all lights (`uniform_share`).
     /// Unbiased either way.
     pub far: Far,
-    /// Factor by which the boxes around lights are enlarged. With `far=joined`, a group of lights is drawn as one light at
-    /// points outside its box after the box is enlarged on each side by scale × half its diagonal. With `far=skipped`, the
-    /// box of influence extends by scale × √power beyond its lights, with power as luminance × area, all in the device's
-    /// units. `auto`: 1 with `far=joined`; with `far=skipped`, a scale at which a point on a surface is within about 8 boxes
-    /// on average. Higher: longer walks through the tree, and candidates that fit the point better. Unbiased at any value.
+    /// Factor by which the boxes around lights are enlarged. With `far=joined`, a group of lights is drawn as one light
+    /// at points outside its enlarged box, which extends on each side by scale × half the diagonal of its original box.
+    /// With `far=skipped`, the box of influence extends by scale × √power beyond its lights, with power as luminance ×
+    /// area, all in the device's units. `auto`: 1 with `far=joined`; with `far=skipped`, a scale at which a point on a
+    /// surface is within about 8 boxes on average. Higher: longer walks through the tree, and candidates that fit the
+    /// point better. Unbiased at any value.
     pub scale: Scale,
-    /// Fraction, in [0.01, 1], of the candidates that are not drawn from the tree, but among all lights, by their power.
-    /// If there are several candidates, at least one is drawn in this way. If there is only one, this value is the
-    /// probability that it is drawn in this way. Higher: less noise where light comes from unexpected directions, more noise
-    /// elsewhere. Unbiased at any value.
+    /// Fraction of candidates, in [0.01, 1], that are drawn among all lights (with the probabilities of `rest`) instead
+    /// of from the tree. If there are several candidates, at least one is drawn in this way. If there is only one, this
+    /// value is the probability that it is drawn in this way. Higher: less noise where light comes from unexpected
+    /// directions, more noise elsewhere. Unbiased at any value.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub uniform_share: f32,
     /// The extent of the boxes of influence. With `far=skipped`, a light can be drawn from the tree only at points inside
