@@ -23,6 +23,7 @@ use crate::render::{Clock, Renderer, ResolvedSettings, Settings, Tracking, View}
 use crate::scene::MovingCamera;
 use picture::check_aovs;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -58,7 +59,9 @@ pub struct Session {
     /// The scene's camera with its motion; while the clock runs, each frame is rendered with the camera of its time. `None`
     /// for a camera that does not belong to the scene, and so does not move.
     camera: Option<MovingCamera>,
-    rejected: u32,
+    /// The names of the passes whose shaders rejected values, such as NaN, with the number of values; set by
+    /// [`Self::picture`].
+    rejected: Vec<(String, u32)>,
     /// The time of each pass when it ran for the first time; one entry per pass. The report lists them apart from
     /// `times`, because they may include the compilation of the shader.
     first_runs: Vec<PassTime>,
@@ -154,7 +157,7 @@ impl Session {
             edited_shaders,
             clock,
             camera,
-            rejected: 0,
+            rejected: Vec::new(),
             first_runs: Vec::new(),
             times: Vec::new(),
             opened,
@@ -335,7 +338,8 @@ impl Session {
             "seed": self.view.seed,
             "bounces": self.view.bounces,
             "samples": samples,
-            "rejected_values": self.rejected,
+            "rejected_values": self.rejected.iter().map(|(_, count)| u64::from(*count)).sum::<u64>(),
+            "rejected_by_pass": self.rejected.iter().cloned().collect::<BTreeMap<String, u32>>(),
             "seconds": self.opened.elapsed().as_secs_f64(),
             "first_runs": self.first_runs,
             "last_submission": self.times,

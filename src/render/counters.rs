@@ -85,12 +85,11 @@ fn fraction([busy, all]: [u64; 2]) -> Option<f64> {
     (all > 0).then(|| busy as f64 / all as f64)
 }
 
-/// The sum of one counter over all passes, or `u32::MAX` if the sum is larger. For a counter of faults, a sum above 0 means
-/// that some pass had a fault. `all` has the counters of all passes, one pass after the other, and `counter` is the index of
-/// the counter within those of a pass.
-fn sum(all: &[u32], counter: u32) -> u32 {
-    let own = all.iter().skip(counter as usize).step_by(COUNTERS as usize);
-    own.fold(0, |sum: u32, n| sum.saturating_add(*n))
+/// The values of one counter, pass by pass. `all` has the counters of all passes, one pass after the other, and `counter` is
+/// the index of the counter within those of a pass.
+fn of_each_pass(all: &[u32], counter: u32) -> impl Iterator<Item = u32> {
+    let own = all.iter().skip(counter as usize);
+    own.step_by(COUNTERS as usize).copied()
 }
 
 /// The maximum number of passes that can have counters; making a further pass fails. Higher: more passes can be counted, in
@@ -202,16 +201,21 @@ impl Counters {
         Ok(counts.collect())
     }
 
-    /// The number of values that shaders replaced by 0 since the counters were cleared, over all passes. Shaders reject
-    /// radiance and weights that are NaN, negative or too large. Such a value is a fault of a shader, and makes the picture
-    /// too dark, so callers report the number or refuse the picture.
+    /// The values that shaders replaced by 0 since the counters were cleared: the name of each pass that did so, and its
+    /// number of values. Shaders reject radiance and weights that are NaN, negative or too large. Such a value is a fault of a
+    /// shader, and makes the picture too dark, so callers report the numbers or refuse the picture.
     ///
     /// # Errors
     /// The driver has ended a loop early, or the device fails.
-    pub fn rejected(&self) -> Result<u32> {
+    pub fn rejected(&self) -> Result<Vec<(String, u32)>> {
         let all = self.read()?;
         self.check_whole(&all)?;
-        Ok(sum(&all, COUNTER_REJECTED))
+        let passes = self.passes.borrow();
+        let counts = passes
+            .iter()
+            .cloned()
+            .zip(of_each_pass(&all, COUNTER_REJECTED));
+        Ok(counts.filter(|(_, count)| *count > 0).collect())
     }
 
     /// Checks that the driver has ended no loop early since the counters were cleared. Some drivers end long loops, and the
@@ -224,7 +228,7 @@ impl Counters {
     }
 
     fn check_whole(&self, all: &[u32]) -> Result<()> {
-        match sum(all, COUNTER_CUT_SHORT) {
+        match of_each_pass(all, COUNTER_CUT_SHORT).fold(0, u32::saturating_add) {
             0 => Ok(()),
             count => Err(Error::failed(format!(
                 "driver '{}' ended the loops of {count} pixels early; use fewer bounces, samples or neighbours, or a newer driver",

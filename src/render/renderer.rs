@@ -416,6 +416,18 @@ impl Renderer {
     /// # Errors
     /// The device fails, or its driver ended loops of shaders early, so that some pixels are too dark.
     pub fn rejected(&mut self) -> Result<u32> {
+        let passes = self.rejected_by_pass()?;
+        Ok(passes
+            .iter()
+            .fold(0, |sum, (_, count)| sum.saturating_add(*count)))
+    }
+
+    /// The values of [`Self::rejected`] pass by pass: the name of each pass that rejected values, and the number of its
+    /// values.
+    ///
+    /// # Errors
+    /// As for [`Self::rejected`].
+    pub fn rejected_by_pass(&mut self) -> Result<Vec<(String, u32)>> {
         self.integrator.counters().rejected()
     }
 }

@@ -411,6 +411,7 @@ fn a_generated_scene_renders_with_every_aov() {
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
     assert_eq!(report["rejected_values"], 0);
+    assert_eq!(report["rejected_by_pass"], serde_json::json!({}));
 }
 
 #[test]
@@ -521,6 +522,19 @@ fn render_with_changed_shader(file: &str, text: &str, replacement: &str) -> Outp
     command.args(["render", "cornell", "--width", "8", "--frames", "1"]);
     command.args(["--preset", "path-tracing", "-o", picture]);
     command.env("HEADWATER_GLSL", &shaders).output().unwrap()
+}
+
+#[test]
+fn the_pass_that_refuses_values_is_named() {
+    let radiance = "                radiance = accept_radiance(radiance);";
+    let negative = "                radiance = accept_radiance(vec3(-1.0));";
+    let output = render_with_changed_shader("path_tracing/path_trace.comp", radiance, negative);
+    let said = support::said(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(
+        said.contains("note: pass path_trace: 64 values were refused because they were NaN"),
+        "{said}"
+    );
 }
 
 #[test]

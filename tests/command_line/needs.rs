@@ -64,11 +64,8 @@ fn an_error_is_reached_and_the_printed_command_repeats_it() {
     // Neither the seed nor the need changes the measurements, but the light does.
     let third = folder.join("third.exr");
     for (changes, measures) in [(&["--seed", "8"][..], false), (&["--bounces", "2"], true)] {
-        let options = [
-            &["--target-relmse", "0.03", "--preset", "balanced"],
-            &changes[..],
-        ]
-        .concat();
+        let need = ["--target-relmse", "0.03", "--preset", "balanced"];
+        let options = [&need, changes].concat();
         let output = render(folder, &options, &third);
         let said = messages(output.stderr);
         assert!(output.status.success(), "{said}");

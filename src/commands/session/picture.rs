@@ -26,11 +26,10 @@ impl Session {
         if !aovs.is_empty() {
             self.add_aovs(&mut image, aovs)?;
         }
-        self.rejected = self.renderer.rejected()?;
-        if self.rejected > 0 {
+        self.rejected = self.renderer.rejected_by_pass()?;
+        for (pass, count) in &self.rejected {
             notice(&format!(
-                "{} values were refused because they were NaN, negative or beyond {MAX_RADIANCE:e} times the brightest light",
-                self.rejected
+                "pass {pass}: {count} values were refused because they were NaN, negative or beyond {MAX_RADIANCE:e} times the brightest light"
             ));
         }
         let settings = self.settings.to_value()?.to_string();
