@@ -21,6 +21,8 @@
 //! ```
 //!
 //! Vulkan must be installed; `eval "$(tools/env)"` in the project's folder gives a machine without a GPU a software Vulkan.
+//! It also sets `SHADERC_LIB_DIR` to a compiled shaderc. Where a crate that depends on Headwater is built without it, the
+//! build script of `shaderc-sys` compiles shaderc, and needs cmake, git, python3 and a C++ compiler.
 //!
 //! # Where to go from there
 //!

@@ -319,8 +319,9 @@ impl Point {
         self.median < LEAST_MEDIAN * path_tracing.median
     }
 
-    /// Error (root of the relMSE) of path tracing in the time `milliseconds` on the device, in which it can
-    /// add up more or fewer samples than in one frame. `self` must have the measurements of path tracing.
+    /// The error (root of the relMSE) that path tracing has after `milliseconds` of time on the device. If this is
+    /// longer or shorter than the time of its frame, the error is that of as many more or fewer samples. `self` must
+    /// have the measurements of path tracing.
     pub fn error_in(&self, milliseconds: f64) -> Measured {
         let frames = milliseconds / self.milliseconds;
         let factor = (self.relmse_after(frames) / self.relmse_after(1.0)).sqrt();

@@ -294,7 +294,8 @@ pub fn run(
     Ok(front)
 }
 
-/// All contestants, and the selection of those that run in one round of the race or in the final.
+/// The candidates of a race with their renderers (contestants), and the selection of those that run in one round or in the
+/// final.
 struct Chosen<'a> {
     contestants: &'a mut [Contestant],
     /// Indices into `contestants` of those that run in this round.

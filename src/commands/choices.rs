@@ -53,8 +53,8 @@ impl TracerArg {
     }
 }
 
-/// The access of shaders to the buffers of the scene, and to the buffers of world reservoirs (light samples that are stored for
-/// cells of space), as `--geometry` names it.
+/// The values of `--geometry`: shaders read the buffers of the scene, and those of world reservoirs (light samples that are
+/// stored for cells of space), through bindings or through addresses. The choice changes the speed, and not the picture.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum GeometryArg {
     /// The program chooses one of the other values by the features of the device and the size of the scene

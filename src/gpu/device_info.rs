@@ -102,7 +102,7 @@ pub struct DeviceInfo {
     /// textures are stored in one buffer instead of images.
     pub max_sampled_images: u32,
     /// The maximum width and height of an image, in texels. If a texture is larger, all textures of the scene are stored in
-    /// one buffer instead of images. If the user has requested images, the scene is refused.
+    /// one buffer instead of images, or the scene is refused if the user has requested images.
     pub max_image_side: u32,
     /// The maximum size of one buffer or image in bytes, which is the driver's limit for one allocation of memory. A scene
     /// that needs a larger buffer is refused.

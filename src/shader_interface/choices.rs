@@ -7,8 +7,8 @@ crate::gpu_enum! {
     #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     pub enum Heuristic {
-        /// The weights of light samples and BSDF rays are proportional to their densities. The noise is close to the minimum
-        /// in every scene.
+        /// The weights of light samples and BSDF rays are proportional to their densities. No other heuristic
+        /// has much less noise in any scene.
         #[default]
         Balance,
         /// The weights of light samples and BSDF rays are proportional to the squares of their densities. This has less

@@ -253,9 +253,10 @@ impl Row {
         3.0 * least < level || self.blocks_p_value.is_some_and(|p| p < level)
     }
 
-    /// The bias and the p-values that decide about the row. Without an alarm, they are those of the first seeds: one p-value
-    /// for each channel. After an alarm, they are those of the fresh seeds alone, with the p-value of the pattern of blocks
-    /// after those of the channels. `None` for fewer than two runs.
+    /// The bias and the p-values that decide whether the row is called biased. If no p-value of the first seeds was small
+    /// enough to suspect a bias, they are those of the first seeds: one p-value for each channel. Otherwise further seeds
+    /// were rendered, and the results are of these alone: one p-value for each channel, and one for the pattern of blocks.
+    /// `None` for fewer than two runs.
     pub(super) fn deciding(&self) -> Option<(&Bias, Vec<f64>)> {
         match &self.confirmation {
             None => (self.bias.as_ref()).map(|bias| (bias, bias.p_values.to_vec())),

@@ -48,8 +48,9 @@ pub struct LightBvhOptions {
     /// True if lights are drawn in proportion to their power from the node that a walk (the search of the tree for one
     /// point) has selected. False if all lights that the walk finds are equally likely.
     pub by_power: bool,
-    /// True to leave rare lights (far dimmer than the others) out of the tree, false to include them like other lights. It
-    /// is true if separate candidates are drawn from rare lights wherever candidates are drawn from the tree.
+    /// True to leave rare lights (far dimmer than the others) out of the tree, false to include them like other lights. Leave
+    /// them out only if all passes that draw candidates from the tree also draw separate candidates from the rare lights;
+    /// otherwise the picture loses the light of the rare ones.
     pub leaves_out_rare: bool,
 }
 

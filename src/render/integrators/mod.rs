@@ -47,7 +47,8 @@ pub trait Integrator {
 
     /// Renders the frame with the index `index` without adding it to earlier samples. The result is in the buffer
     /// [`Self::color`]. If that is `None`, the result is in `sums`, which are cleared first; otherwise `sums` stay as they
-    /// are. Returns the times of the passes, one entry per run of a pass; with path tracing, one entry per pass.
+    /// are. Returns the times of the passes on the device in milliseconds, one entry per run of a pass; path tracing
+    /// adds up all runs of its pass in one entry.
     fn render(
         &mut self,
         index: u32,

@@ -49,9 +49,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads the MTL file with the path `name`, unless this path was looked up before. Returns false if there is no such
-    /// file, but always true for a path that was looked up before, so that a missing file is reported once. `line` is the
-    /// `mtllib` statement, for messages.
+    /// Reads the materials of the MTL file with the path `name`, unless this path was looked up before. Returns false only at
+    /// the first look-up of a file that does not exist, so that it is reported once. `line` is the `mtllib` statement, for
+    /// messages.
     fn library(&mut self, line: &Line, name: &str) -> Result<bool> {
         check_memory(line, name.len() as u64 + NAME_BYTES)?;
         if !self.library_names.insert(name.to_owned()) {
