@@ -1,16 +1,16 @@
 //! The command-line options that several commands share, and the checks of their values, so that a wrong value is an
 //! error before rendering begins.
 
-use super::choices::{LoadArgs, VariantArgs};
+use super::choices::{LoadArgs, TonemapArg, VariantArgs};
 use crate::base::files::{check_writable, is_same_file};
 use crate::base::input_files;
 use crate::base::toml_text::TomlText;
-use crate::image::Format;
+use crate::image::{Format, Look};
 use crate::render::presets::{self, Preset};
 use crate::render::settings::{Settings, flatten};
 use crate::render::{Clock, Lighting};
 use crate::scene::Camera;
-use crate::scene::camera::look_at;
+use crate::scene::camera::{DEFAULT_ASPECT, look_at};
 use crate::scene::validate::check_camera;
 use crate::scene_files::{environment_file_of, file_of};
 use crate::{Error, Result};
@@ -31,8 +31,9 @@ pub struct ViewArgs {
     pub load: LoadArgs,
     /// Light from infinitely far away, which surrounds the scene: an .exr or .hdr image whose columns are longitudes
     /// and whose rows are latitudes, or a sky such as sky:sun=40, where the number is the sun's elevation in degrees;
-    /// without it, there is no such light
-    #[arg(long, value_name = "FILE|sky:…")]
+    /// or neutral, a grey one that makes shapes visible; or none. Without it, a scene that has no light at all gets
+    /// neutral
+    #[arg(long, value_name = "FILE|sky:…|neutral|none")]
     pub environment: Option<String>,
     /// Width of the picture in pixels; without it, the width follows from --height and the camera's aspect ratio; without
     /// both, it is 1280
@@ -109,6 +110,9 @@ pub struct SceneArgs {
         value_name = "EV"
     )]
     pub exposure: f32,
+    /// The curve that maps radiance to the brightness of PNG files, before the sRGB encoding
+    #[arg(long, value_enum, default_value_t)]
+    pub tonemap: TonemapArg,
     /// Write a report of the run as JSON: the device, the tracer and other choices with their reasons, the settings, and the
     /// times of the passes
     #[arg(long, value_name = "FILE.json")]
@@ -199,6 +203,14 @@ impl SceneArgs {
         check_files(pictures.chain(report), self.inputs())
     }
 
+    /// The way in which PNG files show radiance, by `--exposure` and `--tonemap`.
+    pub fn look(&self) -> Look {
+        Look {
+            exposure: self.exposure,
+            curve: self.tonemap.curve(),
+        }
+    }
+
     /// The files that the command reads, each as (role in messages, path): the scene, the environment and the settings
     /// of `--config`. No output may be one of them. Procedural scenes and generated skies are not files and are left
     /// out.
@@ -237,6 +249,14 @@ impl ViewArgs {
     /// A side is 0, or the picture has more than 2²⁸ pixels.
     pub fn size(&self, camera: &Camera) -> Result<(u32, u32)> {
         size_for(camera, self.width, self.height)
+    }
+
+    /// The aspect ratio (width ÷ height) of a picture whose camera states none.
+    pub fn aspect(&self) -> f64 {
+        match (self.width, self.height) {
+            (Some(width @ 1..), Some(height @ 1..)) => f64::from(width) / f64::from(height),
+            _ => DEFAULT_ASPECT,
+        }
     }
 
     /// The camera that the value of `--look-at` describes; it replaces the cameras of the scene. `None` if the option
@@ -289,7 +309,7 @@ pub fn parse_look_at(origin: &str, text: &str) -> Result<Camera> {
 /// # Errors
 /// A side is 0, or the picture has more than 2²⁸ pixels.
 pub fn size_for(camera: &Camera, width: Option<u32>, height: Option<u32>) -> Result<(u32, u32)> {
-    let aspect = camera.aspect_ratio.unwrap_or(16.0 / 9.0);
+    let aspect = camera.aspect_ratio.unwrap_or(DEFAULT_ASPECT);
     let side = |pixels: f64| (pixels.round().min(f64::from(u32::MAX)) as u32).max(1);
     let (width, height) = match (width, height) {
         (Some(width), Some(height)) => (width, height),

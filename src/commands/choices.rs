@@ -3,6 +3,7 @@
 //! scene.
 
 use crate::device_scene::selection::Request;
+use crate::image::ToneCurve;
 use crate::scene_files::Options;
 use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 
@@ -49,6 +50,26 @@ impl TracerArg {
             Self::Auto => None,
             Self::RayQuery => Some(Tracer::RayQuery),
             Self::ComputeBvh => Some(Tracer::ComputeBvh),
+        }
+    }
+}
+
+/// The values of `--tonemap`: the curves of PNG files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum TonemapArg {
+    /// The Khronos PBR neutral tone mapper without its toe: colours up to 0.8 stay, and brighter ones approach white
+    #[default]
+    Neutral,
+    /// No curve: values above 1 are clamped
+    None,
+}
+
+impl TonemapArg {
+    /// The curve with this name.
+    pub const fn curve(self) -> ToneCurve {
+        match self {
+            Self::Neutral => ToneCurve::Neutral,
+            Self::None => ToneCurve::None,
         }
     }
 }

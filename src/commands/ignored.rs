@@ -2,13 +2,14 @@
 //! so that the user does not expect one.
 
 use super::arguments::{SceneArgs, ViewArgs};
+use super::choices::TonemapArg;
 use super::notice;
 use crate::image::Format;
 use crate::render::Settings;
 use crate::render::settings::{
     Candidates, DirectMode, Far, Heuristic, IndirectMode, Integrator, Visibility,
 };
-use crate::scene_files::file_of;
+use crate::scene_files::{NO_ENVIRONMENT, file_of};
 use crate::shader_interface::{HashGrid, WorldReservoirs};
 use std::path::PathBuf;
 
@@ -58,7 +59,10 @@ pub fn note_for_view(view: &ViewArgs) {
 /// --config and --set name, and `outputs` lists the paths of the pictures. `presents` is true if frames are presented for
 /// a capture tool; then --exposure has an effect even without a PNG file.
 pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf], presents: bool) {
-    if args.view.environment.is_none() {
+    if matches!(
+        args.view.environment.as_deref(),
+        None | Some(NO_ENVIRONMENT)
+    ) {
         note_ignored("there is no --environment", changed, |key| {
             group(key) == "environment"
         });
@@ -74,6 +78,9 @@ pub fn note_for_scene(args: &SceneArgs, changed: &[String], outputs: &[PathBuf],
     }
     if args.exposure != 0.0 && !writes(Format::Png) && !presents {
         notice("no --output is a .png file, so --exposure has no effect");
+    }
+    if args.tonemap != TonemapArg::default() && !writes(Format::Png) {
+        notice("no --output is a .png file, so --tonemap has no effect");
     }
 }
 

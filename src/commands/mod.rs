@@ -20,6 +20,7 @@ pub mod render;
 mod repetition;
 mod resources;
 pub mod scene;
+mod sequence;
 pub mod session;
 mod shell;
 pub mod statistics;

@@ -3,6 +3,7 @@
 //! their mean.
 
 use super::arguments::{Aov, SceneArgs};
+use super::choices::TonemapArg;
 use super::interrupt::Interrupt;
 use super::measuring::{check_measurable, course};
 use super::progress::Progress;
@@ -396,6 +397,9 @@ fn announce(choice: &Choice, bounds: &Bounds<'_>, fps: Option<f64>) -> Result<()
     }
     if bounds.scene.exposure != 0.0 {
         command += &format!(" --exposure {}", bounds.scene.exposure);
+    }
+    if bounds.scene.tonemap == TonemapArg::None {
+        command += " --tonemap none";
     }
     notice(&format!("again: {command} -o picture.exr"));
     Ok(())

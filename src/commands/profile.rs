@@ -2,6 +2,7 @@
 //! an earlier profile, it finds out whether a change made the program slower.
 
 use super::arguments::{SceneArgs, check_files};
+use super::choices::TonemapArg;
 use super::interrupt::Interrupt;
 use super::progress::Progress;
 use super::session::{Purpose, Session};
@@ -156,9 +157,13 @@ fn check(args: &Args) -> Result<()> {
         ));
     }
     let scene = &args.scene;
-    if scene.report.is_some() || !scene.aov.is_empty() || scene.exposure != 0.0 {
+    if scene.report.is_some()
+        || !scene.aov.is_empty()
+        || scene.exposure != 0.0
+        || scene.tonemap != TonemapArg::default()
+    {
         return Err(Error::input(
-            "profile writes no picture, so --report, --aov and --exposure cannot be used; -o writes the profile",
+            "profile writes no picture, so --report, --aov, --exposure and --tonemap cannot be used; -o writes the profile",
         ));
     }
     for (name, value) in [

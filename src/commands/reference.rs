@@ -235,7 +235,7 @@ fn save(args: &Args, session: &mut Session, samples: u32) -> Result<Sums> {
         image.set_vectors(&format!("resume.{name}."), rgb, &values);
     }
     for path in &args.output {
-        image.write(path, args.scene.exposure)?;
+        image.write(path, args.scene.look())?;
     }
     Ok(sums)
 }

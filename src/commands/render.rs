@@ -5,6 +5,7 @@ use super::capture::{self, FrameRange};
 use super::ignored;
 use super::interrupt::Interrupt;
 use super::needs::{self, Bounds, NeedArgs};
+use super::sequence::{file_of_frame, is_sequence};
 use super::session::{Purpose, Session};
 use super::{NOTHING_WRITTEN, notice};
 use crate::base::files::write_atomically;
@@ -18,10 +19,11 @@ use std::path::PathBuf;
 pub struct Args {
     #[command(flatten)]
     pub(super) scene: SceneArgs,
-    /// Output file for the picture, .exr or .png; may be given several times
+    /// Output file for the picture, .exr or .png; may be given several times. A name with %d or %04d writes one file per frame
+    /// with the index of the frame in its name, from 0 on; with --accumulate, the mean of the frames so far
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Number of frames to render; only the last one is written, or the mean of all with --accumulate [default: 1, or what
+    /// Number of frames to render; the last one is written, or the mean of all with --accumulate [default: 1, or what
     /// --budget-ms or --target-relmse chooses]
     #[arg(long, allow_negative_numbers = true)]
     pub(super) frames: Option<u32>,
@@ -56,13 +58,25 @@ pub fn run(args: &Args) -> Result<()> {
     let need = args.needs.need()?;
     let mut frames = args.frames.unwrap_or(1);
     let mut accumulates = args.accumulate;
+    let writes_all = args.output.iter().any(|path| is_sequence(path));
     if let Some(range) = &args.capture {
         range.check(frames)?;
+        if writes_all {
+            return Err(Error::input(
+                "--capture writes no sequence of pictures; --presented FOLDER writes the captured frames",
+            ));
+        }
     }
     let interrupt = Interrupt::watch()?;
     let (settings, changed) = args.scene.settings()?;
     let clock = args.scene.view.clock(args.fps)?;
-    args.scene.check_outputs(&args.output)?;
+    // The first file of a sequence stands for all.
+    let outputs: Vec<PathBuf> = args
+        .output
+        .iter()
+        .map(|path| file_of_frame(path, 0))
+        .collect();
+    args.scene.check_outputs(&outputs)?;
     if let Some(folder) = &args.presented {
         crate::base::files::check_writable(&folder.join("frame_0000.png"))?;
     }
@@ -91,7 +105,11 @@ pub fn run(args: &Args) -> Result<()> {
     };
     // Without accumulation only the last frame is shown; those before it are made where it needs
     // them as history.
-    let first = if accumulates { 0 } else { frames - 1 };
+    let first = if accumulates || writes_all {
+        0
+    } else {
+        frames - 1
+    };
     let (mut session, met) = match chosen {
         Some((scene, need, choice)) => {
             let settings = choice.candidate.settings()?;
@@ -128,6 +146,11 @@ pub fn run(args: &Args) -> Result<()> {
         let samples = if accumulates { frames } else { 1 };
         write(args, &mut session, samples)?;
         return session.finish();
+    }
+    if writes_all {
+        write_all(args, &mut session, frames, accumulates, &interrupt)?;
+        session.finish()?;
+        return met;
     }
     let history = session.first_needed_for(first);
     let progress = super::progress::Progress::new(Some(u64::from(frames - history)), "frames");
@@ -166,13 +189,53 @@ pub fn run(args: &Args) -> Result<()> {
     ))
 }
 
+/// Renders `frames` frames, and writes a picture after each one: to the file of `--output` with the index of the frame in its
+/// name. Other files of `--output` get the last picture. If `accumulates` is true, a picture is the mean of the frames so far.
+///
+/// # Errors
+/// A device or disk that fails, a time at which the scene cannot be rendered, or a signal. Files that are complete stay.
+fn write_all(
+    args: &Args,
+    session: &mut Session,
+    frames: u32,
+    accumulates: bool,
+    interrupt: &Interrupt,
+) -> Result<()> {
+    let progress = super::progress::Progress::new(Some(u64::from(frames)), "frames");
+    for index in 0..frames {
+        interrupt.check(&match index {
+            0 => NOTHING_WRITTEN.to_owned(),
+            _ => format!("{index} of {frames} pictures are written"),
+        })?;
+        session.frame(index, accumulates)?;
+        if !accumulates {
+            session.renderer.keep_single_frame()?;
+        }
+        let is_last = index + 1 == frames;
+        let samples = if accumulates { index + 1 } else { 1 };
+        let sums = session.renderer.sums()?;
+        let image = session.picture(&sums, samples, &args.scene.aov)?;
+        for path in &args.output {
+            if is_sequence(path) || is_last {
+                image.write(&file_of_frame(path, index), args.scene.look())?;
+            }
+        }
+        if is_last {
+            write_report(session, samples, args.scene.report.as_ref())?;
+        }
+        progress.at(f64::from(index + 1));
+    }
+    progress.finish();
+    Ok(())
+}
+
 /// Writes every file of `--output` and the file of `--report`. The picture is the mean of the `samples` frames whose
 /// radiance the renderer has added up.
 fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
     let sums = session.renderer.sums()?;
     let image = session.picture(&sums, samples, &args.scene.aov)?;
     for path in &args.output {
-        image.write(path, args.scene.exposure)?;
+        image.write(path, args.scene.look())?;
     }
     write_report(session, samples, args.scene.report.as_ref())
 }

@@ -9,7 +9,7 @@ use crate::base::json::value_of;
 use crate::base::printable::printable;
 use crate::image::Image;
 use crate::procedural;
-use crate::scene::camera::framing_camera;
+use crate::scene::camera::{DEFAULT_ASPECT, framing_camera};
 use crate::scene::requirements::Requirements;
 use crate::scene::{Environment, Motion};
 use crate::scene_files::{Options, environment_file_of, export};
@@ -138,13 +138,18 @@ fn moves(motion: &Motion) -> Value {
 }
 
 fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
-    let scene = open_scene(name, load, &Interrupt::watch()?)?;
+    let mut scene = open_scene(name, load, &Interrupt::watch()?)?;
+    scene.surround(None)?;
     let requirements = Requirements::of(&scene);
     let features = requirements.features();
     let requirements = value_of("requirements", &requirements)?;
     let bounds = scene.bounds();
     let eyes = match scene.cameras.as_slice() {
-        [] => vec![framing_camera(&scene).camera_to_world.translation],
+        [] => vec![
+            framing_camera(&scene, DEFAULT_ASPECT)
+                .camera_to_world
+                .translation,
+        ],
         cameras => cameras
             .iter()
             .map(|c| c.camera_to_world.translation)

@@ -4,6 +4,7 @@ mod exr;
 mod layers;
 pub(crate) mod png;
 pub(crate) mod tonemap;
+pub use tonemap::{Look, ToneCurve};
 
 pub use layers::Colors;
 
@@ -148,17 +149,18 @@ impl Image {
         different.map(String::as_str).collect()
     }
 
-    /// Writes the picture in the format that the extension of `path` names. `exposure` is in stops: a PNG file contains the
-    /// tone-mapped radiance × 2^`exposure`, and an EXR file is the same for every exposure.
+    /// Writes the picture in the format that the extension of `path` names. A PNG file shows
+    /// the radiance with the exposure and the curve of `look`, which can be an exposure alone; an EXR file contains the
+    /// radiance itself, whatever the look.
     ///
     /// # Errors
     /// The format is unknown, the picture has no pixels or no channels, a channel does not have one value per pixel, a PNG
     /// lacks `R`, `G` or `B`, or the file cannot be written.
-    pub fn write(&self, path: &Path, exposure: f32) -> Result<()> {
+    pub fn write(&self, path: &Path, look: impl Into<Look>) -> Result<()> {
         self.check().map_err(|e| Error::writing(path, e))?;
         match Format::of(path)? {
             Format::Exr => exr::write(self, path),
-            Format::Png => png::write(self, path, exposure),
+            Format::Png => png::write(self, path, look.into()),
         }
     }
 

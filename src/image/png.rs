@@ -1,7 +1,7 @@
 //! PNG files: writes the tone-mapped picture for viewing, and reads pictures as linear values.
 
 use super::Image;
-use super::tonemap::{from_srgb, to_srgb_byte, tone_map};
+use super::tonemap::{Look, from_srgb, to_srgb_byte};
 use crate::base::files::write_atomically;
 use crate::base::panics::caught;
 use crate::base::{input_files, memory};
@@ -14,14 +14,13 @@ use std::path::Path;
 /// allocated for them.
 const MAX_COMPRESSION_RATIO: u64 = 1032;
 
-/// Writes the channels `R`, `G`, `B` as 8-bit sRGB to the file at `path`: radiance × 2^`exposure`, then
-/// tone-mapped by [`tone_map`]. `exposure` is in stops.
-pub(super) fn write(image: &Image, path: &Path, exposure: f32) -> Result<()> {
-    let scale = f64::from(exposure).exp2();
+/// Writes the channels `R`, `G`, `B` as 8-bit sRGB to the file at `path`, with the exposure and the curve of `look`.
+pub(super) fn write(image: &Image, path: &Path, look: Look) -> Result<()> {
+    let scale = f64::from(look.exposure).exp2();
     let bytes: Vec<u8> = image
         .rgb()?
         .iter()
-        .flat_map(|pixel| tone_map(pixel.map(|v| (f64::from(v) * scale) as f32)))
+        .flat_map(|pixel| look.curve.map(pixel.map(|v| (f64::from(v) * scale) as f32)))
         .map(to_srgb_byte)
         .collect();
     write_bytes(path, (image.width, image.height), &bytes)

@@ -2,6 +2,45 @@
 
 use crate::shader_interface::{TONE_DESATURATION, TONE_KNEE};
 
+/// The way in which radiance is shown in a picture with 8 bits per value, such as a PNG file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Look {
+    /// The exposure in stops: radiance is multiplied by 2 to this power.
+    pub exposure: f32,
+    /// The curve that maps radiance to the brightness of the display, after exposure.
+    pub curve: ToneCurve,
+}
+
+impl From<f32> for Look {
+    /// The look with this exposure, in stops, and the default curve.
+    fn from(exposure: f32) -> Self {
+        Self {
+            exposure,
+            curve: ToneCurve::default(),
+        }
+    }
+}
+
+/// A curve that maps radiance to the brightness of a display, before the sRGB encoding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ToneCurve {
+    /// [`tone_map`]: colours up to 0.8 stay, and brighter ones approach white.
+    #[default]
+    Neutral,
+    /// No curve: values above 1 are clamped, channel by channel.
+    None,
+}
+
+impl ToneCurve {
+    /// The brightness of a display in [0, 1] for linear RGB radiance after exposure.
+    pub fn map(self, radiance: [f32; 3]) -> [f32; 3] {
+        match self {
+            Self::Neutral => tone_map(radiance),
+            Self::None => radiance.map(|v| if v > 0.0 { v.min(1.0) } else { 0.0 }),
+        }
+    }
+}
+
 /// Maps linear RGB radiance, after exposure, to linear RGB display brightness in [0, 1], by the Khronos PBR
 /// neutral tone mapper without its toe.
 ///
@@ -96,6 +135,14 @@ mod tests {
             let mapped = tone_map([1.0, 0.4, 0.1].map(|v: f32| v * scale));
             assert!((hue(mapped) - hue([1.0, 0.4, 0.1])).abs() < 1e-3, "{scale}");
         }
+    }
+
+    #[test]
+    fn without_a_curve_values_are_clamped() {
+        let mapped = ToneCurve::None.map([0.9, 4.0, -1.0]);
+        assert_eq!(mapped, [0.9, 1.0, 0.0]);
+        assert_eq!(ToneCurve::None.map([f32::NAN; 3]), [0.0; 3]);
+        assert!(ToneCurve::Neutral.map([0.9, 4.0, 0.0])[0] < 0.9);
     }
 
     #[test]

@@ -142,7 +142,8 @@ impl<'a> RendererBuilder<'a> {
         };
         let scene = self.scene;
         let first = scene.cameras.first().cloned();
-        let camera = (self.camera.or(first)).unwrap_or_else(|| framing_camera(scene));
+        let camera = (self.camera.or(first))
+            .unwrap_or_else(|| framing_camera(scene, f64::from(width) / f64::from(height)));
         let instance = Instance::new(InstanceOptions::default())?;
         let (info, _) = instance.choose(self.device.as_deref())?;
         let selection = select(&info, Request::default(), &SceneSizes::of(scene))?;

@@ -15,7 +15,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The midpoint of the box, in the space of the box. Cameras that show a whole scene look at it.
+    /// The midpoint of the box, in the space of the box.
     pub fn center(&self) -> DVec3 {
         self.min * 0.5 + self.max * 0.5
     }
@@ -27,7 +27,7 @@ impl Bounds {
 
     /// The eight corners of the box. Bit 0 of a corner's index is 0 if its x is that of [`Self::min`], and 1
     /// if it is that of [`Self::max`]. In the same way, bit 1 stands for y, and bit 2 for z.
-    pub fn corners(&self) -> impl Iterator<Item = DVec3> {
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> + use<> {
         let (min, max) = (self.min, self.max);
         (0..8).map(move |i| {
             DVec3::new(
@@ -123,6 +123,25 @@ impl Scene {
             }
         }
         bounds
+    }
+
+    /// Points whose convex hull contains the whole scene, in world space, for the choice of a camera: the vertices of all
+    /// instances or, if these are more than 2³⁰, the corners of the box around the scene.
+    pub fn outline(&self) -> Box<dyn Iterator<Item = DVec3> + '_> {
+        let mesh_of = |instance: &Instance| &self.meshes[instance.mesh as usize];
+        let vertices = self.instances.iter().map(|i| mesh_of(i).positions.len());
+        if vertices.sum::<usize>() > MOST_VERTICES {
+            return Box::new(
+                self.bounds()
+                    .into_iter()
+                    .flat_map(|bounds| bounds.corners()),
+            );
+        }
+        Box::new(self.instances.iter().flat_map(move |instance| {
+            let place = instance.object_to_world;
+            let positions = mesh_of(instance).positions.iter();
+            positions.map(move |position| place.transform_point3(position.as_dvec3()))
+        }))
     }
 
     /// A box around each instance, in world space: the transformed box of the instance's mesh, enlarged until

@@ -8,9 +8,12 @@ use glam::{DAffine3, DMat3, DVec3};
 /// the picture.
 const FRAMING_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
-/// The distance of [`framing_camera`] from the centre of the scene, as a multiple of the smallest distance at
-/// which it shows the whole scene. A higher value leaves a wider margin around the scene.
+/// The size of what [`framing_camera`] shows, relative to the scene: the scene fills the width or the height of the picture,
+/// except for this margin.
 const FRAMING_MARGIN: f64 = 1.05;
+
+/// The aspect ratio (width ÷ height) of pictures whose camera and arguments state none.
+pub const DEFAULT_ASPECT: f64 = 16.0 / 9.0;
 
 /// A camera at the position `eye` that looks at the point `target`, both in world space. +Y is up in the picture. If the
 /// camera looks straight down, the top of the picture is towards −Z; if it looks straight up, towards +Z. If `eye` equals
@@ -24,26 +27,50 @@ pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     }
 }
 
-/// A camera for scenes that have none. It shows the whole scene from the front (+Z), right (+X) and above (+Y), if the
-/// picture is at least as wide as high. For an empty scene, it is at (0, 0, 5) and looks at the origin.
-pub fn framing_camera(scene: &Scene) -> Camera {
-    let Some(bounds) = scene.bounds() else {
+/// A camera for scenes that have none. It shows the whole scene from the front (+Z), somewhat from the right (+X) and from
+/// above (+Y), and so near that the scene fills the width or the height of a picture with the aspect ratio `aspect` (width ÷
+/// height). For an empty scene, it is at (0, 0, 5) and looks at the origin.
+pub fn framing_camera(scene: &Scene, aspect: f64) -> Camera {
+    let axes = axes(DVec3::new(0.4, 0.3, 1.0));
+    let to_camera = axes.transpose();
+    let vertical = (FRAMING_FOV / 2.0).tan() / FRAMING_MARGIN;
+    let horizontal = vertical * aspect;
+    // A point (x, y, z) in the camera's axes is within the picture of a camera at (u, v, w) if ±(x − u) ≤ s (w − z) and
+    // ±(y − v) ≤ t (w − z), where s and t are the slopes of the sides. So four numbers bound the position of the camera: the
+    // largest ±x + s z and ±y + t z of all points.
+    let mut reaches = [f64::NEG_INFINITY; 4];
+    let mut depths = [f64::INFINITY, f64::NEG_INFINITY];
+    for point in scene.outline() {
+        let p = to_camera * point;
+        let own = [
+            p.x + horizontal * p.z,
+            -p.x + horizontal * p.z,
+            p.y + vertical * p.z,
+            -p.y + vertical * p.z,
+        ];
+        for (reach, own) in reaches.iter_mut().zip(own) {
+            *reach = reach.max(own);
+        }
+        depths = [depths[0].min(p.z), depths[1].max(p.z)];
+    }
+    let [right, left, top, bottom] = reaches;
+    let nearest = ((right + left) / (2.0 * horizontal)).max((top + bottom) / (2.0 * vertical));
+    if !nearest.is_finite() {
         return look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, FRAMING_FOV);
+    }
+    // The camera must be in front of points on its axis as well.
+    let length = match depths[1] - depths[0] {
+        0.0 => 1.0,
+        depth => 0.05 * depth,
     };
-    let back = DVec3::new(0.6, 0.4, 1.0).normalize();
-    let axes = axes(back);
-    let slope = (FRAMING_FOV / 2.0).tan();
-    // Every corner within the field of view: |x| and |y| at most slope × (distance − z).
-    let distance = bounds
-        .corners()
-        .map(|corner| {
-            let seen = axes.transpose() * (corner - bounds.center());
-            seen.z + seen.x.abs().max(seen.y.abs()) / slope
-        })
-        .fold(0.0, f64::max);
-    let distance = if distance > 0.0 { distance } else { 1.0 };
-    let eye = bounds.center() + back * distance * FRAMING_MARGIN;
-    look_at(eye, bounds.center(), FRAMING_FOV)
+    let distance = nearest.max(depths[1] + length);
+    let eye = DVec3::new(0.5 * (right - left), 0.5 * (top - bottom), distance);
+    Camera {
+        name: String::new(),
+        camera_to_world: DAffine3::from_mat3_translation(axes, axes * eye),
+        vertical_fov: FRAMING_FOV,
+        aspect_ratio: None,
+    }
 }
 
 /// Removes scale and shear from `matrix`, the linear part of a camera-to-world transform, so that a rotation remains, as
@@ -113,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_every_corner() {
+    fn the_scene_fills_the_picture() {
         for size in [Vec3::new(1.0, 1.0, 1.0), Vec3::new(100.0, 0.1, 3.0)] {
             let scene = Scene {
                 meshes: vec![Mesh {
@@ -131,24 +158,39 @@ mod tests {
                 }],
                 ..Scene::default()
             };
-            let camera = framing_camera(&scene);
-            let slope = (camera.vertical_fov / 2.0).tan();
-            let mut widest: f64 = 0.0;
-            for corner in scene.bounds().unwrap().corners() {
-                let seen = camera.camera_to_world.inverse().transform_point3(corner);
-                assert!(seen.z < 0.0);
-                let side = seen.x.abs().max(seen.y.abs()) / (slope * -seen.z);
-                assert!(side < 1.0);
-                widest = widest.max(side);
+            for aspect in [0.5, 1.0, 16.0 / 9.0] {
+                let camera = framing_camera(&scene, aspect);
+                let slope = (camera.vertical_fov / 2.0).tan();
+                let (mut left, mut right, mut height) = (0.0_f64, 0.0_f64, 0.0_f64);
+                let place = scene.instances[0].object_to_world;
+                for position in &scene.meshes[0].positions {
+                    let point = place.transform_point3(position.as_dvec3());
+                    let seen = camera.camera_to_world.inverse().transform_point3(point);
+                    assert!(seen.z < 0.0);
+                    let [x, y] = [seen.x / aspect, seen.y].map(|v| v / (slope * -seen.z));
+                    (left, right) = (left.max(-x), right.max(x));
+                    height = height.max(y.abs());
+                }
+                // The scene touches both margins of the width or of the height.
+                let fills = |part: f64| (part - 1.0 / FRAMING_MARGIN).abs() < 1e-6;
+                assert!(
+                    left < 1.0 && right < 1.0 && height < 1.0,
+                    "{left} {right} {height}"
+                );
+                assert!(
+                    fills(left) && fills(right) || fills(height),
+                    "{left} {right} {height}"
+                );
             }
-            assert!(widest > 0.8, "fills the picture: {widest}");
         }
     }
 
     #[test]
     fn an_empty_scene_has_a_camera_too() {
         assert!(is_rotation(
-            framing_camera(&Scene::default()).camera_to_world.matrix3
+            framing_camera(&Scene::default(), DEFAULT_ASPECT)
+                .camera_to_world
+                .matrix3
         ));
     }
 }

@@ -35,7 +35,7 @@ impl Scene {
                     "the camera sees no light, and with these --bounces and settings no surface scatters any, so the picture is black"
                 }
                 false => {
-                    "the scene has no light, so the picture is black; --environment sky:sun=40 lights it"
+                    "the scene has no light, so the picture is black; --environment sky:sun=40 or neutral lights it"
                 }
             });
         }
@@ -51,11 +51,28 @@ impl Scene {
         )
     }
 
+    /// True if the scene has no light at any time, although it has surfaces that only light makes visible. A light of
+    /// intensity 0 is no light.
+    pub(crate) fn lacks_light(&self) -> bool {
+        let lit_surfaces = self.shows_surfaces(|material| !material.unlit);
+        let environment = self.environment.as_ref().is_some_and(Environment::is_lit);
+        let mut punctual = self.punctual_lights.iter();
+        let punctual = punctual.any(|light| light.intensity.max_element() > 0.0);
+        lit_surfaces && !environment && !punctual && self.emitters().is_empty()
+    }
+
     /// True if an instance has triangles with an unlit material, whose colour the camera sees even if the scene has no
     /// light. The pictures of such a scene do not count as black.
     fn shows_unlit_surfaces(&self) -> bool {
+        self.shows_surfaces(|material| material.unlit)
+    }
+
+    /// True if an instance has triangles with a material of the kind `is_shown`.
+    fn shows_surfaces(&self, is_shown: impl Fn(&Material) -> bool) -> bool {
         let mut parts = self.placed_meshes().flat_map(|mesh| &mesh.parts);
-        parts.any(|part| part.triangle_count > 0 && self.materials[part.material as usize].unlit)
+        parts.any(|part| {
+            part.triangle_count > 0 && is_shown(&self.materials[part.material as usize])
+        })
     }
 
     /// The indices of the materials that emit light, at some time, on at least one triangle of an instance. Materials whose

@@ -1,5 +1,6 @@
 //! Opens environments by name: `.exr` and `.hdr` files, and skies that are generated from parameters.
 
+use super::surroundings::NO_ENVIRONMENT;
 use crate::base::panics::caught;
 use crate::base::{input_files, memory};
 use crate::scene::Environment;
@@ -18,7 +19,7 @@ const MAX_HEADER: u64 = 1 << 16;
 
 impl Environment {
     /// Reads the environment from the file at the path `name` (`.exr` or `.hdr`). If `name` is `sky` or `sky:KEY=VALUE,…`,
-    /// generates the sky with these parameters instead.
+    /// generates the sky with these parameters instead; `neutral` is [`Environment::neutral`].
     ///
     /// # Errors
     /// The file cannot be read, has another extension, is damaged, or has too many texels for the limit or the memory; a
@@ -27,6 +28,7 @@ impl Environment {
         let mut environment = match name.split_once(':') {
             Some(("sky", parameters)) => sky::generate(parameters)?,
             _ if name == "sky" => sky::generate("")?,
+            _ if name == "neutral" => Self::neutral(),
             _ => read(Path::new(name))?,
         };
         environment.name = name.to_owned();
@@ -41,6 +43,7 @@ impl Environment {
     /// There is no plain file at this path, or a parameter of the sky is wrong.
     pub fn check_name(name: &str) -> Result<()> {
         match environment_file_of(name) {
+            None if name == "neutral" || name == NO_ENVIRONMENT => Ok(()),
             None => sky::parse(name.strip_prefix("sky").unwrap_or_default()).map(drop),
             Some(path) => input_files::check(path),
         }
@@ -51,7 +54,7 @@ impl Environment {
 /// generated without a file. Commands refuse an output with this path, because it would overwrite the
 /// environment.
 pub fn environment_file_of(name: &str) -> Option<&Path> {
-    let generated = name == "sky" || name.starts_with("sky:");
+    let generated = matches!(name, "sky" | "neutral" | NO_ENVIRONMENT) || name.starts_with("sky:");
     (!generated).then(|| Path::new(name))
 }
 
@@ -67,7 +70,7 @@ fn read(path: &Path) -> Result<Environment> {
         Some("hdr") => read_hdr(path)?,
         _ => {
             return Err(Error::input(format!(
-                "{}: is not an environment file; give an .exr or .hdr file, or sky:sun=40",
+                "{}: is not an environment file; give an .exr or .hdr file, sky:sun=40, neutral or none",
                 path.display()
             )));
         }

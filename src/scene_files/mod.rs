@@ -12,9 +12,11 @@ mod options;
 mod polygon;
 pub mod progress;
 mod scene_folder;
+mod surroundings;
 
 pub use environments::environment_file_of;
 pub use load::{load, load_watched};
 pub use open::{check_name, file_of};
 pub use options::Options;
 pub use progress::{Step, Watch};
+pub use surroundings::NO_ENVIRONMENT;

@@ -8,16 +8,18 @@ use std::path::Path;
 
 impl Scene {
     /// Opens the scene `name`: generates the procedural scene with this name, such as `cornell` or `cornell:KEY=VALUE,…`, or
-    /// loads the file at this path.
+    /// loads the file at this path. A scene without any light gets a neutral environment ([`Self::surround`]).
     ///
     /// # Errors
     /// There is neither a procedural scene nor a readable file with this name, a parameter of the procedural scene is
     /// unknown or out of range, or the file is not a valid scene.
     pub fn open(name: &str) -> Result<Self> {
-        Self::open_watched(name, Options::default(), &mut |_, _, _| Ok(()))
+        let mut scene = Self::open_watched(name, Options::default(), &mut |_, _, _| Ok(()))?;
+        scene.surround(None)?;
+        Ok(scene)
     }
 
-    /// Opens the scene `name` as [`Self::open`] does. `options` are the user's permissions for missing image files and for
+    /// Opens the scene `name` as [`Self::open`] does, but leaves a scene without light dark. `options` are the user's permissions for missing image files and for
     /// files outside of the scene's folder; `watch` is called with the progress of the loading. Both have no effect on a
     /// procedural scene.
     ///

@@ -19,7 +19,8 @@ pub struct PlannedScene {
     /// camera, one that frames the scene.
     pub look_at: Option<String>,
     /// The environment that lights the scene: the path of an image file, or a generated sky such as `sky:sun=40`. The option
-    /// `--environment` replaces it. `None`: no environment, unless this option gives one.
+    /// `--environment` replaces it. `None`: the scene's own, or a neutral one if the scene has no light at all, unless this option gives
+    /// one.
     pub environment: Option<String>,
     /// The number of samples per pixel of the scene's references (path-traced pictures that runs are compared with). `None`:
     /// the number that the plan states for all scenes.

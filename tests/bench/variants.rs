@@ -24,7 +24,7 @@ use headwater::render::presets::Preset;
 use headwater::render::settings::Variant;
 use headwater::render::{Renderer, View};
 use headwater::scene::Environment;
-use headwater::scene::camera::framing_camera;
+use headwater::scene::camera::{DEFAULT_ASPECT, framing_camera};
 use headwater::scene::requirements::Requirements;
 use headwater::scene_files::Options;
 use std::collections::HashSet;
@@ -103,7 +103,8 @@ fn main() {
             .as_deref()
             .map(|file| Environment::open(file).unwrap());
         let view = View {
-            camera: (scene.cameras.first().cloned()).unwrap_or_else(|| framing_camera(&scene)),
+            camera: (scene.cameras.first().cloned())
+                .unwrap_or_else(|| framing_camera(&scene, DEFAULT_ASPECT)),
             width: WIDTH,
             height: HEIGHT,
             seed: 1,

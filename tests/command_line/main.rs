@@ -303,8 +303,17 @@ fn assumptions_are_one_notice_and_status_0() {
     for part in ["no camera", "no light", "without area"] {
         assert_eq!(said.matches(part).count(), 1, "{part}: {said}");
     }
-    let image = Image::read(&out).unwrap();
-    assert!(image.rgb().unwrap().iter().flatten().all(|v| *v == 0.0));
+    // The neutral environment lights it; nothing is brighter than 1.1.
+    let lit = |path: &Path| Image::read(path).unwrap().rgb().unwrap();
+    let values = lit(&out);
+    assert!(values.iter().flatten().all(|v| (0.1..1.2).contains(v)));
+    let render = ["render", text(&mesh), "-o", text(&out), "--width", "32"];
+    let said = succeed(&[&render[..], &["--environment", "none"]].concat());
+    assert_eq!(said.matches("so the picture is black").count(), 1, "{said}");
+    assert!(lit(&out).iter().flatten().all(|v| *v == 0.0));
+    let said = succeed(&[&render[..], &["--environment", "neutral"]].concat());
+    assert!(!said.contains("no light"), "{said}");
+    assert_eq!(lit(&out), values);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! left.
 
 use crate::{fail, succeed, text};
+use headwater::image::Image;
 use std::path::Path;
 
 /// The name of a scene that does not exist. A command must refuse wrong outputs before it notices this.
@@ -143,4 +144,64 @@ fn a_file_is_written_beside_what_a_killed_program_left() {
     succeed(&arguments);
     assert!(std::fs::read(&out).unwrap() == picture);
     assert!(!left.exists());
+}
+
+/// Each file of a sequence is what `render` writes for as many frames, and a name without a pattern gets the last one.
+#[test]
+fn a_sequence_has_one_file_per_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let read = |name: &str| Image::read(Path::new(&file(name))).unwrap().rgb().unwrap();
+    for mean in [&[][..], &["--accumulate"]] {
+        let render = |frames: &str, output: &[&str]| {
+            let scene = ["render", "cornell", "--width", "16", "--frames", frames];
+            succeed(&[&scene, mean, output].concat())
+        };
+        let (all, last) = (file("frame_%03d.exr"), file("last.exr"));
+        render("3", &["-o", &all, "-o", &last]);
+        let one = file("one.exr");
+        for (frames, name) in [
+            ("1", "frame_000.exr"),
+            ("2", "frame_001.exr"),
+            ("3", "frame_002.exr"),
+        ] {
+            render(frames, &["-o", &one]);
+            assert_eq!(read(name), read("one.exr"), "{name} {mean:?}");
+        }
+        assert_eq!(read("last.exr"), read("frame_002.exr"));
+        assert!(!folder.path().join("frame_003.exr").exists());
+    }
+}
+
+/// Without a curve, a PNG file shows each value as sRGB, and clamps what is above 1.
+#[test]
+fn a_png_can_do_without_a_tone_curve() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let read = |name: &str| Image::read(Path::new(&file(name))).unwrap().rgb().unwrap();
+    let (exr, png) = (file("a.exr"), file("a.png"));
+    let render = [
+        "render",
+        "cornell",
+        "--width",
+        "32",
+        "--exposure",
+        "1",
+        "-o",
+        &exr,
+        "-o",
+        &png,
+    ];
+    succeed(&[&render[..], &["--tonemap", "none"]].concat());
+    let mut clamped = 0;
+    let (radiance, shown) = (read("a.exr"), read("a.png"));
+    for (radiance, shown) in radiance.iter().flatten().zip(shown.iter().flatten()) {
+        let expected = (2.0 * radiance).min(1.0);
+        // Half a step of 8 bits, where the encoding is steepest in linear values.
+        assert!((shown - expected).abs() < 0.005, "{shown} {expected}");
+        clamped += u32::from(2.0 * radiance > 1.1);
+    }
+    assert!(clamped > 10, "{clamped}");
+    succeed(&render);
+    assert!(read("a.png") != shown);
 }

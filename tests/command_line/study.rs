@@ -317,7 +317,7 @@ fn a_study_without_noise_has_neither_alarms_nor_infinite_numbers() {
     std::fs::write(&black, BLACK).unwrap();
     for (scene, bounces) in [("cornell", 0), ("night-city", 0), (text(&black), 1)] {
         let plan = format!(
-            "scenes = [{scene:?}]\nwidth = 24\nframes = 2\nseeds = 4\nbounces = {bounces}\nreference_spp = 1000\n\
+            "scenes = [{{ scene = {scene:?}, environment = \"none\" }}]\nwidth = 24\nframes = 2\nseeds = 4\nbounces = {bounces}\nreference_spp = 1000\n\
              [[configurations]]\nname = \"a\"\npreset = \"accurate\"\n"
         );
         let plan = write(folder.path(), &plan);

@@ -1,27 +1,28 @@
 //! Chooses the camera of a session, and describes cameras as text, so that pictures and profiles of different cameras
 //! can be told apart.
 
+use crate::commands::arguments::ViewArgs;
 use crate::commands::notice;
 use crate::scene::camera::framing_camera;
 use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Chooses the scene's camera with the index or name `wanted`; if `wanted` is `None`, chooses the first one. Returns the
-/// camera at `time`, in seconds, and its index. If `wanted` is `None` and the scene has no cameras, returns a camera that
-/// sees the whole scene, without an index. Returns an error if no camera has the wanted index or name.
+/// Chooses the scene's camera with the index or name in `args.camera`; without it, chooses the first one. Returns the camera
+/// at `time`, in seconds, and its index. If none is wanted and the scene has no cameras, returns a camera that sees the whole
+/// scene, without an index. Returns an error if no camera has the wanted index or name.
 pub(super) fn choose_camera(
     scene: &Scene,
-    wanted: Option<&str>,
+    args: &ViewArgs,
     time: f64,
 ) -> Result<(Camera, Option<usize>)> {
     let own = |index: usize| Ok((scene.camera_at(index, time)?, Some(index)));
-    let Some(wanted) = wanted else {
+    let Some(wanted) = args.camera.as_deref() else {
         if !scene.cameras.is_empty() {
             return own(0);
         }
         notice("the scene has no camera, so one was made that frames it; --look-at sets another");
-        return Ok((framing_camera(scene), None));
+        return Ok((framing_camera(scene, args.aspect()), None));
     };
     let by_index = wanted.parse::<usize>().ok();
     let by_index = by_index.filter(|index| *index < scene.cameras.len());

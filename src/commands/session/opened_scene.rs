@@ -11,7 +11,7 @@ use crate::device_scene::{GpuScene, SceneSizes, shaders};
 use crate::gpu::{Device, Features, Instance, InstanceOptions};
 use crate::render::settings::EnvironmentSettings;
 use crate::render::{Clock, View};
-use crate::scene::{Environment, MovingCamera};
+use crate::scene::MovingCamera;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -113,15 +113,13 @@ impl OpenedScene {
         let clock = shown.clock;
         let camera_override = args.look_at_camera()?;
         let mut scene = open_scene(&args.scene, args.load.options(), interrupt)?;
+        scene.surround(args.environment.as_deref())?;
         for text in &scene.notices {
             notice(text);
         }
-        if let Some(name) = &args.environment {
-            scene.environment = Some(Environment {
-                rotation: shown.environment.rotation,
-                intensity: shown.environment.intensity,
-                ..Environment::open(name)?
-            });
+        if let (Some(_), Some(environment)) = (&args.environment, &mut scene.environment) {
+            environment.rotation = shown.environment.rotation;
+            environment.intensity = shown.environment.intensity;
         }
         let moves = scene.motion.is_some();
         let diagonal = scene.bounds().map_or(0.0, |bounds| bounds.size().length());
@@ -134,7 +132,7 @@ impl OpenedScene {
         }
         let (camera, followed) = match camera_override {
             Some(camera) => (camera, None),
-            None => choose_camera(&scene, args.camera.as_deref(), clock.start_time)?,
+            None => choose_camera(&scene, args, clock.start_time)?,
         };
         let (width, height) = args.size(&camera)?;
         if let Some(why) = black {

@@ -10,8 +10,8 @@ use crate::device_scene::SceneSizes;
 use crate::device_scene::selection::{self, Request};
 use crate::gpu::{Device, DeviceInfo, Instance};
 use crate::render::View;
-use crate::scene::camera::framing_camera;
-use crate::scene::{Camera, Environment, MovingCamera, Scene};
+use crate::scene::camera::{DEFAULT_ASPECT, framing_camera};
+use crate::scene::{Camera, MovingCamera, Scene};
 use crate::study::folder::Folder;
 use crate::study::plan::{Plan, Resolved};
 use crate::study::planned_scene::PlannedScene;
@@ -46,7 +46,11 @@ impl Machine<'_> {
             Some(_) => interrupt.check(&kept(self.folder)),
         };
         let mut scene = Scene::open_watched(name, self.load.options(), &mut |_, _, _| check())?;
-        scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
+        let known = scene.notices.len();
+        scene.surround(planned.environment.as_deref())?;
+        for text in scene.notices[known..].iter().filter(|_| is_first) {
+            notice(&format!("{name}: {text}"));
+        }
         let clock = plan.clock();
         // As long as the scene moves: what does not shine now may do so at another time.
         if is_first {
@@ -101,7 +105,7 @@ fn camera(
         return Ok((camera, None));
     }
     if scene.cameras.is_empty() {
-        return Ok((framing_camera(scene), None));
+        return Ok((framing_camera(scene, DEFAULT_ASPECT), None));
     }
     let moving = MovingCamera::of(scene, 0);
     Ok((moving.at(time)?, Some(moving)))

@@ -9,7 +9,7 @@ use crate::gpu::{Compiled, ComputePass, Device, DeviceInfo, Features, Instance};
 use crate::render::ray_list::RayTracer;
 use crate::render::{Lighting, Renderer, Settings, View};
 use crate::scene::Scene;
-use crate::scene::camera::framing_camera;
+use crate::scene::camera::{DEFAULT_ASPECT, framing_camera};
 use crate::shader_interface::Tracer;
 use crate::shader_interface::compiler;
 use crate::{Error, Result};
@@ -116,7 +116,7 @@ impl Compiler {
         let info = &self.device.info;
         let variant = selection::select(info, wanted, &SceneSizes::of(scene))?.variant;
         let camera = scene.cameras.first().cloned();
-        let camera = camera.unwrap_or_else(|| framing_camera(scene));
+        let camera = camera.unwrap_or_else(|| framing_camera(scene, DEFAULT_ASPECT));
         let origin = camera.camera_to_world.translation;
         let gpu_scene = Arc::new(GpuScene::new(&self.device, scene, origin, variant)?);
         let view = View {

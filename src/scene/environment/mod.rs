@@ -1,6 +1,7 @@
 //! Environments: light from infinitely far away, as an image over the sphere of directions. The image is read from a file,
 //! or computed by a model of the sky.
 
+mod neutral;
 pub mod sky;
 
 use super::lights::luminance;
