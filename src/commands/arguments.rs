@@ -140,8 +140,9 @@ pub enum Aov {
     /// had in the previous frame; right and down are positive
     Motion,
     /// The channels show what the reservoir of direct light of each pixel contains after the last frame: its weight,
-    /// confidence, age, light and number of merged neighbours, the pixel that drew its sample, and the product of the
-    /// Jacobians of all shifts that the sample has had
+    /// confidence, age, light and number of merged neighbours, the pixel that drew its sample, and, as 'jacobian', the solid
+    /// angle under which this pixel's surface sees a small area around the sample, divided by the one under which the
+    /// surface that drew the sample saw it; no weight contains this ratio
     Direct,
     /// The channels show what the reservoir of indirect light of each pixel contains after the last frame, with the same
     /// quantities as 'direct'

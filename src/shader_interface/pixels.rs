@@ -27,8 +27,9 @@ crate::gpu_struct! {
         /// (−1, −1) if the reservoir is empty, or if reservoirs do not store origins.
         pub source: Vec2,
         /// Solid angle of one unit of area at the sample as seen from this pixel's surface, divided by the same as seen from
-        /// the surface that drew the sample. This is the Jacobian of all shifts of the sample between these surfaces. 0 if
-        /// the reservoir is empty, or if reservoirs do not store origins.
+        /// the surface that drew the sample. No weight contains this ratio, because samples are measured in area; a value far
+        /// from 1 shows that the two surfaces see the sample very differently. 0 if the reservoir is empty, or if
+        /// reservoirs do not store origins.
         pub jacobian: f32,
     }
 }
