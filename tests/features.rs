@@ -13,6 +13,7 @@ use glam::{DVec2, DVec3};
 use headwater::render::View;
 use headwater::render::presets::Preset;
 use headwater::scene::{Environment, Scene};
+use headwater::shader_interface::Tracer;
 use image::{ImageFormat, RgbaImage};
 use serde_json::{Value, json};
 
@@ -421,6 +422,77 @@ fn unlit_surfaces_are_seen_as_they_are() {
     assert_shows("unlit", &surrounded(load(&file), 7.0), 0.0, |at| {
         shown(uv(at))
     });
+}
+
+/// The square under a large wall at the height 0.5, which shows the camera its back, unless its material is double-sided.
+fn under_a_wall(material: Value, is_double_sided: bool) -> Gltf {
+    tiled(json!({ "index": 0 })).with(|json| {
+        json["materials"][0]["extensions"] = material;
+        json["extensionsUsed"] = json!(["KHR_materials_unlit", "KHR_materials_specular"]);
+        let mut wall = json["meshes"][0].clone();
+        wall["primitives"][0]["material"] = json!(1);
+        push(&mut json["meshes"], wall);
+        push(
+            &mut json["materials"],
+            json!({
+                "pbrMetallicRoughness": { "baseColorFactor": [0.0, 0.0, 0.0, 1.0], "metallicFactor": 0.0 },
+                "extensions": { "KHR_materials_specular": { "specularFactor": 0.0 } },
+                "doubleSided": is_double_sided,
+            }),
+        );
+        // Turned about x, so that it faces the square.
+        push(
+            &mut json["nodes"],
+            json!({
+                "mesh": 1, "translation": [0.0, 0.0, 0.5], "rotation": [1.0, 0.0, 0.0, 0.0], "scale": [100, 100, 100],
+            }),
+        );
+        json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    })
+}
+
+/// The camera looks through the back of a single-sided surface, with both tracers and with reuse. Light does not pass.
+#[test]
+fn the_camera_does_not_see_backs_but_light_meets_them() {
+    let unlit = json!({ "KHR_materials_unlit": {} });
+    let culled = load(&under_a_wall(unlit.clone(), false));
+    let seen = load(&under_a_wall(unlit, true));
+    assert_shows("culled", &surrounded(culled.clone(), 7.0), 0.0, |at| {
+        shown(uv(at))
+    });
+    let matte = json!({ "KHR_materials_specular": { "specularFactor": 0.0 } });
+    let dark = surrounded(load(&under_a_wall(matte, false)), 7.0);
+    let tracers = [Tracer::ComputeBvh, Tracer::RayQuery].into_iter();
+    for variant in tracers.filter_map(|tracer| support::variants(tracer).first().copied()) {
+        let (device, _) = support::open_device(Some(variant));
+        for preset in ["path-tracing", "accurate"] {
+            let settings = Preset::named(preset).unwrap().settings().unwrap();
+            let mean = |scene: &Scene| {
+                let view = View {
+                    camera: scene.cameras[0].clone(),
+                    width: SIDE,
+                    height: SIDE,
+                    seed: 3,
+                    bounces: 2,
+                    jitter: false,
+                };
+                support::render(&device, scene, variant, &view, &settings, 4).mean
+            };
+            for (pixel, color) in mean(&culled).iter().enumerate() {
+                if let Some(expected) = shown(uv(point(pixel))) {
+                    let off = (DVec3::from_array(*color) - expected).abs().max_element();
+                    assert!(off < 1e-5, "{preset} {variant:?}: {color:?} {expected}");
+                }
+            }
+            // The backs of double-sided surfaces are seen, and the environment, whose radiance is 7, does not light what is
+            // behind the wall, except through a slit at the horizon.
+            for scene in [&seen, &dark] {
+                let most = mean(scene).iter().flatten().copied().fold(0.0, f64::max);
+                assert!(most < 0.2, "{preset} {variant:?}: {most}");
+            }
+        }
+        support::assert_no_messages(&device);
+    }
 }
 
 /// Positions may be signed integers of 16 bits, and texture coordinates unsigned integers of 16 bits.

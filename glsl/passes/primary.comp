@@ -3,6 +3,7 @@
 #include "bsdf/bsdf.glsl"
 #include "core/workgroups.glsl"
 #include "scene/camera.glsl"
+#include "scene/camera_trace.glsl"
 #include "scene/previous_frame.glsl"
 #include "scene/surface.glsl"
 
@@ -27,7 +28,7 @@ void main() {
     if (pixel.x >= frame.at.view.width || pixel.y >= strip.first_row + strip.rows) return;
     uint index = (pixel.y - strip.first_row) * frame.at.view.width + pixel.x;
     Ray ray = camera_ray(frame.at.view.camera, vec2(pixel) + 0.5, vec2(frame.at.view.width, frame.at.view.height));
-    Hit hit = trace_closest(ray, NO_ALPHA_RANDOM);
+    Hit hit = trace_camera(ray, NO_ALPHA_RANDOM);
     PrimarySurface seen = PrimarySurface(vec3(0.0), vec3(0.0), 0.0, NONE, motion_of(ray.direction, ray.direction));
     if (hit.instance != NONE) {
         Surface surface = surface_at(hit, ray);

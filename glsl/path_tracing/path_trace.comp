@@ -12,6 +12,7 @@
 #include "core/workgroups.glsl"
 #include "lights/light_point.glsl"
 #include "scene/camera.glsl"
+#include "scene/camera_trace.glsl"
 #include "scene/surface.glsl"
 
 layout(local_size_x = TILE * TILE) in;
@@ -134,6 +135,8 @@ void main() {
     uint next_purpose = RAY_NONE;
     vec3 shadowed = vec3(0.0);
     bool started = false;
+    // The number of surfaces that the camera's ray has gone through.
+    uint culled = 0u;
     while (true) {
         if (purpose == RAY_NONE) {
             if (started) {
@@ -150,6 +153,7 @@ void main() {
             radiance = vec3(0.0);
             path = Path(vec3(1.0), 0u, 0.0, 0.0, false, true);
             purpose = RAY_PATH;
+            culled = 0u;
         }
         Hit hit = trace(ray, purpose == RAY_SHADOW, purpose == RAY_SHADOW ? NO_ALPHA_RANDOM : draw_alpha_random(random));
         if (purpose == RAY_SHADOW) {
@@ -171,6 +175,14 @@ void main() {
             }
             purpose = RAY_NONE;
             continue;
+        }
+        if (HAS_CULLED && path.scatterings == 0u && culled < MOST_CULLED) {
+            TrianglePoint point;
+            if (is_culled(hit, ray.direction, point)) {
+                ray.origin = origin_behind(point);
+                culled += 1u;
+                continue;
+            }
         }
         Surface surface = surface_at(hit, ray);
         if (path.scatterings == 0u) radiance += unlit_radiance(hit);

@@ -6,7 +6,7 @@ use crate::scene::texture::{self, Wrap};
 use crate::scene::{AlphaMode, Material, Scene, Texture};
 use crate::shader_interface::{
     ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture,
-    MATERIAL_UNLIT, NONE, Textures, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
+    MATERIAL_CULLED, MATERIAL_UNLIT, NONE, Textures, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
 };
 use glam::Vec3;
 
@@ -151,6 +151,7 @@ pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     } else {
         (material.base_color, 0)
     };
+    let culled = if material.culled { MATERIAL_CULLED } else { 0 };
     let (alpha_mode, alpha) = match material.alpha_mode {
         AlphaMode::Opaque => (ALPHA_OPAQUE, 1.0),
         AlphaMode::Mask { cutoff } => (ALPHA_MASK, least_coverage(material, cutoff)),
@@ -164,7 +165,7 @@ pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
         roughness: material.roughness,
         base_color_texture: NONE,
         metallic_roughness_texture: NONE,
-        flags,
+        flags: flags | culled,
         normal_texture: NONE,
         normal_scale: material.normal_scale,
         alpha_mode,

@@ -20,6 +20,8 @@ impl GpuScene {
             has_blend: requires.blending,
             has_normal_maps: full || requires.normal_maps,
             has_unlit: full || requires.unlit,
+            // This code would trace more rays.
+            has_culled: requires.culled,
             has_environment: full || requires.environment,
             has_punctual_lights: full || requires.punctual_lights > 0,
             has_vertex_colors: full || requires.vertex_colors,

@@ -281,6 +281,7 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         emission,
         emissive_texture,
         double_sided,
+        culled,
     } = material;
     for color in [base_color, specular_color, emission] {
         hasher.update(bytemuck::bytes_of(color));
@@ -289,6 +290,10 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         *metallic, *roughness, *specular, *ior,
     ]));
     hasher.update(&[u8::from(*double_sided)]);
+    // Nothing for other materials, so that their hashes stay as they were.
+    if *culled {
+        hasher.update(b"culled");
+    }
     let textures = [
         (b"base", base_color_texture),
         (b"meta", metallic_roughness_texture),

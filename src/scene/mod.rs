@@ -178,6 +178,10 @@ pub struct Material {
     pub emissive_texture: Option<Texture>,
     /// True if both sides of the surface emit; false if only the front does. Every surface reflects on both sides.
     pub double_sided: bool,
+    /// True if the camera looks through the back of the surface, as glTF asks for materials that are not double-sided. All
+    /// other rays meet both sides: a wall blocks light from both, and a bounce behind it would find light that cannot be
+    /// there.
+    pub culled: bool,
 }
 
 impl Default for Material {
@@ -202,6 +206,7 @@ impl Default for Material {
             emission: Vec3::ZERO,
             emissive_texture: None,
             double_sided: false,
+            culled: false,
         }
     }
 }

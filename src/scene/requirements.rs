@@ -42,6 +42,8 @@ pub struct Requirements {
     /// True if some material is unlit, so that the camera sees its colour without light; otherwise shaders do not test
     /// whether a material is unlit.
     pub unlit: bool,
+    /// True if the camera looks through the back of some surface; otherwise shaders do not test for this.
+    pub culled: bool,
     /// True if some light has an emissive texture; otherwise shaders take the emission of a light as constant over its
     /// surface.
     pub emissive_textures: bool,
@@ -112,6 +114,7 @@ impl Requirements {
                 required.blending |= material.alpha_mode == AlphaMode::Blend
                     && emitters.count(mesh, part) < part.triangle_count.into();
                 required.unlit |= material.unlit;
+                required.culled |= material.culled;
                 required.normal_maps |= material.normal_texture.is_some();
                 required.specular |= material.has_specular_lobe();
                 // A texture can give any point a low roughness.
@@ -140,6 +143,7 @@ impl Requirements {
             blending,
             normal_maps,
             unlit,
+            culled,
             emissive_textures,
             vertex_colors,
             smooth_normals,
@@ -164,6 +168,7 @@ impl Requirements {
             (alpha, "alpha"),
             (blending, "blending"),
             (unlit, "unlit surfaces"),
+            (culled, "backs that the camera does not see"),
             (large_triangles, "large triangles"),
             (multi_part_meshes, "meshes of several parts"),
             (shared_meshes, "shared meshes"),
@@ -271,6 +276,7 @@ mod tests {
         let emissive = Material {
             emission: Vec3::ONE,
             double_sided: true,
+            culled: true,
             roughness: 0.0,
             unlit: true,
             base_color_texture: Some(Texture::plain(0)),
@@ -309,6 +315,7 @@ mod tests {
             blending: false,
             normal_maps: false,
             unlit: true,
+            culled: true,
             emissive_textures: false,
             vertex_colors: true,
             smooth_normals: true,

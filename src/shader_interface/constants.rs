@@ -29,6 +29,8 @@ crate::gpu_constants! {
     /// base colour at a point. The shader must then store this colour in the pixel's `SampleData`, because it differs from
     /// the colour in the buffer of materials.
     pub const MATERIAL_VARIES: u32 = 2;
+    /// Bit in `GpuMaterial::flags` of a material whose back the camera does not see: its rays go on behind the surface.
+    pub const MATERIAL_CULLED: u32 = 4;
     /// Wrap mode of a texture: outside of [0, 1], texture coordinates read the image as if it were repeated.
     pub const WRAP_REPEAT: u32 = 0;
     /// Wrap mode of a texture: outside of [0, 1], texture coordinates read the image as if it were repeated

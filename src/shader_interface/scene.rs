@@ -77,7 +77,7 @@ crate::gpu_struct! {
         /// Index in the buffer `textures` of the texture that multiplies roughness (green channel) and metalness (blue
         /// channel); NONE for a material without such a texture.
         pub metallic_roughness_texture: u32,
-        /// Bits MATERIAL_UNLIT and MATERIAL_VARIES. The buffer contains only the first one; shaders set the second one in
+        /// Bits MATERIAL_UNLIT, MATERIAL_CULLED and MATERIAL_VARIES. The buffer does not contain the last one; shaders set it in
         /// their copy of the material if a texture or vertex colours change its base colour.
         pub flags: u32,
         /// Index in the buffer `textures` of the normal map, which bends the shading normal; NONE for a material without a

@@ -35,6 +35,9 @@ crate::gpu_specialisation! {
         /// True if some material is unlit: the camera sees its base colour as radiance, and all other rays see black. If
         /// false, shaders do not test for unlit materials.
         pub has_unlit: bool = true,
+        /// True if the camera looks through the back of some surface. Its rays then go on behind such a hit. If false, shaders
+        /// do not test for this.
+        pub has_culled: bool = false,
         /// True if the scene has an environment, a light that surrounds it at infinite distance; if false, rays that leave
         /// the scene find no light.
         pub has_environment: bool = true,

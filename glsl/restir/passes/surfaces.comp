@@ -5,6 +5,7 @@
 #include "lights/kinds/triangle.glsl"
 #include "restir/frame.glsl"
 #include "restir/sample_data.glsl"
+#include "scene/camera_trace.glsl"
 
 layout(local_size_x = TILE * TILE) in;
 
@@ -15,7 +16,7 @@ void main() {
     uvec2 pixel = invocation_pixel();
     if (is_outside(pixel)) return;
     Ray ray = primary_ray(pixel);
-    Hit hit = trace_closest(ray, draw_alpha_random(pass_random(pixel, STREAM_ALPHA)));
+    Hit hit = trace_camera(ray, draw_alpha_random(pass_random(pixel, STREAM_ALPHA)));
     SampleData data = SampleData(0.0, uvec3(0u), 0u, NONE, uvec2(0u));
     vec3 emission = vec3(0.0);
     if (hit.instance != NONE) {

@@ -139,7 +139,7 @@ fn names_do_not_count() {
 
 #[test]
 fn every_value_counts() {
-    let changes: [fn(&mut Scene); 16] = [
+    let changes: [fn(&mut Scene); 17] = [
         |s| s.meshes[0].positions[1].x = 2.0,
         |s| s.meshes[0].normals = vec![Vec3::Z; 3],
         |s| s.meshes[0].triangles[0] = [1, 2, 0],
@@ -151,6 +151,7 @@ fn every_value_counts() {
         |s| s.materials[0].ior = 1.2,
         |s| s.materials[0].emission.z = 1.0,
         |s| s.materials[0].double_sided = true,
+        |s| s.materials[0].culled = true,
         |s| s.instances[0].object_to_world.translation.x = 1.0,
         |s| s.cameras[0].aspect_ratio = Some(1.0),
         |s| s.cameras.clear(),

@@ -34,6 +34,7 @@ pub(super) fn check_material(
         emission,
         emissive_texture: _,
         double_sided: _,
+        culled: _,
     } = material;
     let wrong = |factor: &str, value: &dyn std::fmt::Display, range: &str| {
         Err(Error::input(format!(

@@ -3,6 +3,7 @@
 use super::{Binary, color_and_strength};
 use crate::scene::texture::Wrap;
 use crate::scene::{AlphaMode, Image, Material, Texture};
+use crate::scene_files::gltf::SEEN_FROM_BEHIND;
 use crate::{Error, Result};
 use glam::{Affine2, Vec2, Vec3};
 use image::codecs::png::PngEncoder;
@@ -47,6 +48,8 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
     }
     if material.double_sided {
         value["doubleSided"] = json!(true);
+    } else if !material.culled {
+        value["extras"] = json!({ SEEN_FROM_BEHIND: true });
     }
     let mut extensions = Map::new();
     if material.is_emissive() {

@@ -98,11 +98,13 @@ fn every_factor_survives() {
             ..texture
         }),
         double_sided: !scene.materials[0].double_sided,
+        culled: false,
         unlit: false,
     };
     scene.materials[1] = Material {
         alpha: 0.25,
         alpha_mode: AlphaMode::Blend,
+        culled: true,
         ..Material::unlit("seen", Vec3::new(0.3, 0.2, 0.1))
     };
     for mesh in &mut scene.meshes {

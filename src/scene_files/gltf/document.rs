@@ -39,6 +39,10 @@ pub struct Document {
     pub animations: Vec<Animation>,
 }
 
+/// The name of a value in the `extras` of a material, which exported scenes have: true if the camera sees the back of a
+/// surface although only its front emits light. glTF has one property, `doubleSided`, for both.
+pub const SEEN_FROM_BEHIND: &str = "seenFromBehind";
+
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Material {
@@ -52,9 +56,17 @@ pub struct Material {
     pub alpha_cutoff: Option<f32>,
     pub double_sided: bool,
     pub extensions: MaterialExtensions,
+    pub extras: serde_json::Value,
 }
 
 impl Material {
+    /// True if the camera looks through the back of the material's surfaces: it is not double-sided, and does not state
+    /// otherwise in its extra [`SEEN_FROM_BEHIND`].
+    pub fn is_culled(&self) -> bool {
+        let seen = self.extras.get(SEEN_FROM_BEHIND) == Some(&serde_json::Value::Bool(true));
+        !self.double_sided && !seen
+    }
+
     /// True if the material is unlit (`KHR_materials_unlit`). Then only its base colour and alpha are used. Its other
     /// properties are meant for programs that do not support the extension.
     pub const fn is_unlit(&self) -> bool {

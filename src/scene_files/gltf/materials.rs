@@ -98,6 +98,7 @@ fn convert(
         alpha: pbr.base_color_factor[3],
         alpha_mode: alpha_mode(&what, source, tally),
         double_sided: source.double_sided,
+        culled: source.is_culled(),
         ..Material::unlit(&source.name, base_color)
     };
     if source.is_unlit() {

@@ -16,6 +16,8 @@ mod nodes;
 mod textures;
 mod unfolding;
 
+pub(super) use document::SEEN_FROM_BEHIND;
+
 use super::progress::Progress;
 use super::scene_folder::SceneFolder;
 use crate::base::memory;
