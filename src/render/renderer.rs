@@ -196,7 +196,12 @@ impl Renderer {
 
     /// Adds `samples` samples per pixel to the sums of radiance. The samples have the indices `first`, `first` + 1 and so
     /// on, from which their random numbers follow. With resampling, each sample is a frame, and the result is the time of
-    /// each pass in the last frame. With path tracing, the result is the time of the pass over all samples of the call.
+    /// each pass in the last frame. With path tracing, the result is the time of the pass over all samples of the call, which
+    /// one dispatch per strip of the picture renders. Some drivers end a dispatch that takes seconds, so add few samples per
+    /// call.
+    ///
+    /// # Errors
+    /// The device fails.
     pub fn add_samples(&mut self, first: u32, samples: u32) -> Result<Vec<PassTime>> {
         self.add_samples_watched(first, samples, &mut |_| Ok(()))
     }
