@@ -113,15 +113,15 @@ impl OpenedScene {
         let clock = shown.clock;
         let camera_override = args.look_at_camera()?;
         let mut scene = open_scene(&args.scene, args.load.options(), interrupt)?;
-        for text in &scene.notices {
-            notice(text);
-        }
         if let Some(name) = &args.environment {
             scene.environment = Some(Environment {
                 rotation: shown.environment.rotation,
                 intensity: shown.environment.intensity,
-                ..Environment::open(name)?
+                ..Environment::open(name, &mut scene.notices)?
             });
+        }
+        for text in &scene.notices {
+            notice(text);
         }
         let moves = scene.motion.is_some();
         let diagonal = scene.bounds().map_or(0.0, |bounds| bounds.size().length());

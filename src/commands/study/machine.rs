@@ -46,7 +46,9 @@ impl Machine<'_> {
             Some(_) => interrupt.check(&kept(self.folder)),
         };
         let mut scene = Scene::open_watched(name, self.load.options(), &mut |_, _, _| check())?;
-        scene.environment = (planned.environment.as_deref().map(Environment::open)).transpose()?;
+        scene.environment = (planned.environment.as_deref())
+            .map(|name| Environment::open(name, &mut scene.notices))
+            .transpose()?;
         let clock = plan.clock();
         // As long as the scene moves: what does not shine now may do so at another time.
         if is_first {
