@@ -41,7 +41,8 @@ const PLAIN: Variant = Variant {
 /// program selects.
 fn picture(name: &str, preset: &str, frames: u32, variant: Option<Variant>) -> (Image, String) {
     let mut scene = procedural::generate(name, &[]).unwrap();
-    scene.environment = (name == "conservatory").then(|| Environment::open(SKY).unwrap());
+    scene.environment =
+        (name == "conservatory").then(|| Environment::open(SKY, &mut Vec::new()).unwrap());
     let view = View {
         camera: scene.cameras[0].clone(),
         width: 160,

@@ -680,6 +680,32 @@ fn rough_metal_under_a_normal_map_of_85_degrees_keeps_most_of_its_light() {
     }
 }
 
+/// A PNG texture with 16 bits per channel is shown with all of them: 0x8040 and 0x80C0 have the same high byte.
+#[test]
+fn textures_of_sixteen_bits_are_shown_whole() {
+    let shades = [0x8040_u16, 0x80C0];
+    let picture: image::ImageBuffer<image::Luma<u16>, _> =
+        image::ImageBuffer::from_fn(2, 1, |x, _| image::Luma([shades[x as usize]]));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, ImageFormat::Png).unwrap();
+    let sampler = json!({ "magFilter": 9728 });
+    let file = pictured(
+        "image/png",
+        &bytes.into_inner(),
+        sampler,
+        json!({ "index": 0 }),
+    );
+    let file = file.with(|json| {
+        json["extensionsUsed"] = json!(["KHR_materials_unlit"]);
+        json["materials"][0]["extensions"] = json!({ "KHR_materials_unlit": {} });
+    });
+    let linear = shades.map(|shade| ((f64::from(shade) / 65535.0 + 0.055) / 1.055).powf(2.4));
+    assert!((linear[0] - 0.214_95).abs() < 5e-6);
+    assert_shows("sixteen bits", &load(&file), 0.0, |at| {
+        Some(DVec3::splat(linear[usize::from(at.x > 0.0)]))
+    });
+}
+
 #[test]
 fn a_wrong_closed_form_is_noticed() {
     let scene = surrounded(load(&tiled(json!({ "index": 0 }))), 1.0);

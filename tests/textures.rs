@@ -80,7 +80,7 @@ fn plain_and_textured(name: &str) -> [Scene; 2] {
 /// A scene with base colours, normal maps, emissive textures and alpha from images, and a sky.
 fn conservatory() -> Scene {
     let mut scene = procedural::generate("conservatory", &[]).unwrap();
-    scene.environment = Some(Environment::open("sky:sun=40,width=64").unwrap());
+    scene.environment = Some(Environment::open("sky:sun=40,width=64", &mut Vec::new()).unwrap());
     scene
 }
 

@@ -37,13 +37,36 @@ uint texel_bytes(GpuTexture used, uint x, uint y) {
 // From a table before the texels, because drivers differ in powers.
 float linear_of_srgb(uint byte) { return uintBitsToFloat(texels.at[byte]); }
 
+// The same for a 16-bit value, from the table that follows.
+float linear_of_deep_srgb(uint value) { return uintBitsToFloat(texels.at[256u + value]); }
+
+// A texel of an image with 16 bits per channel, which has two words: for the high and the low bytes.
+vec4 deep_texel_at(GpuTexture used, uint x, uint y, bool is_color) {
+    used.width *= 2u;
+    uvec4 high = uvec4(texel_bytes(used, 2u * x, y)), low = uvec4(texel_bytes(used, 2u * x + 1u, y));
+    uvec4 shift = uvec4(0u, 8u, 16u, 24u);
+    uvec4 value = (high >> shift & 0xFFu) << 8u | (low >> shift & 0xFFu);
+    if (!is_color) return vec4(value) / 65535.0;
+    return vec4(linear_of_deep_srgb(value.r), linear_of_deep_srgb(value.g), linear_of_deep_srgb(value.b),
+                float(value.a) / 65535.0);
+}
+
 // A texel. Colours are sRGB, and decoded before they are mixed.
 vec4 texel_at(GpuTexture used, ivec2 i, uvec2 wrap, bool is_color) {
     int x = wrapped(i.x, int(used.width), wrap.x), y = wrapped(i.y, int(used.height), wrap.y);
+    if (HAS_DEEP_TEXTURES) {
+        if ((used.flags & TEXTURE_DEEP) != 0u) return deep_texel_at(used, uint(x), uint(y), is_color);
+    }
     uint texel = texel_bytes(used, uint(x), uint(y));
     if (!is_color) return unpackUnorm4x8(texel);
     return vec4(linear_of_srgb(texel & 0xFFu), linear_of_srgb((texel >> 8u) & 0xFFu), linear_of_srgb((texel >> 16u) & 0xFFu),
                 float(texel >> 24u) / 255.0);
+}
+
+bool is_nearest(GpuTexture used) {
+    if (HAS_DEEP_TEXTURES) return (used.flags & TEXTURE_NEAREST) != 0u;
+    // There is no other flag.
+    return used.flags != 0u;
 }
 
 // A texture at texture coordinates.
@@ -52,8 +75,9 @@ vec4 texture_at(GpuTexture used, vec2 uv, bool is_color) {
     vec2 at = used.column_u * uv.x + used.column_v * uv.y + used.offset;
     at = vec2(within_period(at.x, wrap.x), within_period(at.y, wrap.y)) * vec2(used.width, used.height);
     // Centres of texels are at halves.
-    if (used.nearest == 0u) at -= 0.5;
-    vec2 corner = floor(at), part = used.nearest == 0u ? at - corner : vec2(0.0);
+    bool interpolates = !is_nearest(used);
+    if (interpolates) at -= 0.5;
+    vec2 corner = floor(at), part = interpolates ? at - corner : vec2(0.0);
     vec4 rows[2];
     for (int y = 0; y < 2; y += 1) {
         ivec2 i = ivec2(corner) + ivec2(0, y);

@@ -98,7 +98,7 @@ fn write_sky(name: &str, set: &[String], output: &Path) -> Result<()> {
             "--set {change} is for scenes; a sky has its parameters in its name: sky:{change}"
         )));
     }
-    let sky = Environment::open(name)?;
+    let sky = Environment::open(name, &mut Vec::new())?;
     let texels: Vec<[f32; 3]> = sky.texels.iter().map(|texel| texel.to_array()).collect();
     let mut image = Image::new(sky.width, sky.height);
     image.set_vectors("", ["R", "G", "B"], &texels);

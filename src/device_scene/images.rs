@@ -16,7 +16,8 @@ const OTHER_BINDINGS: u64 = 64;
 pub struct ImageSizes {
     /// The number of images in the scene. A pass that samples images binds all of them.
     pub count: u64,
-    /// The longest width or height of any image, in texels; 0 without images.
+    /// The longest width or height of any image, in texels; 0 without images. A texel with 16 bits per channel counts as two
+    /// along the width.
     pub max_side: u32,
     /// The size in bytes of the texels of the largest image; 0 without images.
     pub max_bytes: u64,
@@ -27,7 +28,9 @@ impl ImageSizes {
     /// without uploading them.
     pub fn of(scene: &Scene) -> Self {
         let images = || scene.images.iter();
-        let max_side = images().map(|image| image.width.max(image.height)).max();
+        let max_side = images()
+            .map(|image| image.row_length().max(image.height))
+            .max();
         let max_bytes = images()
             .map(|image| size_of_val(&*image.texels) as u64)
             .max();
@@ -75,7 +78,7 @@ pub fn upload(device: &Arc<Device>, scene: &Scene) -> Result<Vec<SampledImage>> 
     }
     let images = scene.images.iter().map(|image| {
         let name = format!("image {}", image.name);
-        SampledImage::new(device, &name, image.width, &image.texels)
+        SampledImage::new(device, &name, image.row_length(), &image.texels)
     });
     images.collect()
 }

@@ -2,11 +2,12 @@
 //! and textures as indices.
 
 use crate::scene::lights::EmitterTriangle;
-use crate::scene::texture::{self, Wrap};
+use crate::scene::texture::{self, Image, Wrap};
 use crate::scene::{AlphaMode, Material, Scene, Texture};
 use crate::shader_interface::{
     ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture,
-    MATERIAL_CULLED, MATERIAL_UNLIT, NONE, Textures, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
+    MATERIAL_CULLED, MATERIAL_UNLIT, NONE, TEXTURE_DEEP, TEXTURE_NEAREST, Textures, WRAP_CLAMP,
+    WRAP_MIRROR, WRAP_REPEAT,
 };
 use glam::Vec3;
 
@@ -20,9 +21,9 @@ pub struct Materials {
     /// For each material, the index of its emissive texture in `textures`; NONE for a material without one.
     /// [`Materials::of_lights`] copies it to each emissive triangle.
     emissive: Vec<u32>,
-    /// The words of the buffer `texels`: first a table of 256 words, then the texels of all images. The table has the linear
-    /// value of each sRGB byte, as the bits of an f32; it is left out if no material has a texture. The texels are left out
-    /// if shaders sample images instead of reading this buffer.
+    /// The words of the buffer `texels`: first the table of sRGB, then the texels of all images. The table has
+    /// [`table_length`] words: the linear value of each sRGB byte and then, if needed, of each 16-bit sRGB value, as the bits
+    /// of an f32. The texels are left out if shaders sample images instead of reading this buffer.
     pub texels: Vec<u32>,
 }
 
@@ -31,12 +32,8 @@ impl Materials {
     /// device. `read` states whether shaders read textures from images or from a buffer. Accordingly, [`GpuTexture::index`]
     /// is the index of an image, or that of the image's first texel in the buffer.
     pub fn of(scene: &Scene, radiance: f64, read: Textures) -> Self {
-        let has_textures = scene.materials.iter().any(|m| m.textures().count() > 0);
-        let mut texels: Vec<u32> = if has_textures {
-            linear_of_srgb().map(f32::to_bits).collect()
-        } else {
-            Vec::new()
-        };
+        let table = linear_of_srgb().take(table_length(scene));
+        let mut texels: Vec<u32> = table.map(f32::to_bits).collect();
         let mut indices = Vec::with_capacity(scene.images.len());
         for (index, image) in scene.images.iter().enumerate() {
             if read == Textures::Images {
@@ -59,7 +56,8 @@ impl Materials {
                 height: image.height,
                 set: used.set,
                 wrap: wrap(used.wrap[0]) | wrap(used.wrap[1]) << 2,
-                nearest: used.nearest.into(),
+                flags: if used.nearest { TEXTURE_NEAREST } else { 0 }
+                    | if image.is_deep() { TEXTURE_DEEP } else { 0 },
             });
             textures.len() as u32 - 1
         };
@@ -99,10 +97,22 @@ impl Materials {
     }
 }
 
-/// The linear value in [0, 1] of each of the 256 sRGB bytes, in ascending order of the bytes. Shaders look up the bytes of
-/// texels in this table.
+/// The linear value in [0, 1] of each of the 256 sRGB bytes, in ascending order of the bytes, then of each 16-bit sRGB value.
+/// Shaders look up the channels of texels in this table.
 fn linear_of_srgb() -> impl Iterator<Item = f32> {
-    (0..=u8::MAX).map(|byte| texture::srgb([byte; 4]).x)
+    let bytes = (0..=u8::MAX).map(|byte| 257 * u16::from(byte));
+    (bytes.chain(0..=u16::MAX)).map(|value| texture::srgb([value; 4]).x)
+}
+
+/// The number of words of the table of sRGB that shaders need for the textures of `scene`: 0 without textures, 256 for images
+/// of 8 bits per channel, and 65,536 more if some image has 16 bits.
+pub fn table_length(scene: &Scene) -> usize {
+    let has_textures = scene.materials.iter().any(|m| m.textures().count() > 0);
+    match (has_textures, scene.images.iter().any(Image::is_deep)) {
+        (false, _) => 0,
+        (true, false) => 1 << 8,
+        (true, true) => (1 << 8) + (1 << 16),
+    }
 }
 
 const fn wrap(wrap: Wrap) -> u32 {

@@ -4,6 +4,7 @@
 //! One tree over all their triangles has no such overlap. A mesh with several instances stays separate, so that it is stored
 //! once.
 
+use super::materials::table_length;
 use crate::scene::{Instance, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec4};
 use std::borrow::Cow;
@@ -84,9 +85,11 @@ pub struct ElementCounts {
     pub materials: u64,
     /// The number of uses of an image by a material; each use has one entry in the buffer `textures`.
     pub textures: u64,
-    /// The number of texels of all images together, from which the size of the buffer `texels` follows if shaders read
-    /// textures from it.
+    /// The number of entries of the texels of all images together, from which the size of the buffer `texels` follows if
+    /// shaders read textures from it. A texel with 16 bits per channel has two entries.
     pub texels: u64,
+    /// The number of words of the table of sRGB, which comes first in the buffer `texels`.
+    pub srgb_table: u64,
     /// The number of emissive triangles in the world, which is the number of entries in the buffer `lights` for each epoch
     /// (the current and, if something moves, the previous frame). A triangle of a mesh counts once for each instance of the
     /// mesh.
@@ -129,6 +132,7 @@ impl ElementCounts {
             texels: (scene.images.iter())
                 .map(|image| image.texels.len() as u64)
                 .sum(),
+            srgb_table: table_length(scene) as u64,
             triangle_lights: scene.emissive_triangle_count(),
             textured_lights: scene.has_textured_lights(),
             punctual_lights: scene.punctual_lights.len() as u64,

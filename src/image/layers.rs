@@ -1,7 +1,7 @@
 //! Finds the channels that are the picture itself, in pictures that other programs wrote. Such files can have several layers
 //! (groups of channels whose names begin with the layer's name and a dot), or only a grey channel.
 
-use super::Image;
+use super::{Image, Samples};
 use crate::{Error, Result};
 
 /// The colour of each pixel of an image, the name of the layer that it comes from, and whether it comes from a grey channel.
@@ -19,21 +19,20 @@ pub struct Colors {
 }
 
 impl Image {
-    /// Finds the channels that are the picture itself. These are `R`, `G`, `B` without a layer, or else those of the only
-    /// layer that has all three. If several layers have them, those of the layer Combined are taken, as Blender writes
-    /// `ViewLayer.Combined.R`. If no layer has them, a grey channel `Y` is found in the same way. A `Y` whose layer also has
-    /// `X`, `RY` or `BY` is not grey.
+    /// Finds the channels that are the picture itself. These are `R`, `G`, `B` without a layer, or else those of a layer
+    /// that has all three. If several layers have them, the first layer is taken whose name [`is_main`] accepts, and
+    /// otherwise the first layer. If no layer has them, a grey channel `Y` is found in the same way. A `Y` whose layer also
+    /// has `X`, `RY` or `BY` is not grey. Integers become floats.
     ///
     /// # Errors
-    /// No layer has these channels, or several layers have them and not exactly one of these is called Combined; the message
-    /// lists the channels.
+    /// No layer has these channels; the message lists the channels.
     pub fn colors(&self) -> Result<Colors> {
-        let color = self.layer_of(&["R", "G", "B"], &[])?;
-        // A Y is not grey if its layer also has X (a vector), or RY or BY (subsampled colour).
+        let color = self.layer_of(&["R", "G", "B"], &[]);
+        // A Y is not grey if its layer also has X (a vector), or RY or BY (colour).
         let grey = || self.layer_of(&["Y"], &["X", "RY", "BY"]);
         let (layer, names) = match color {
             Some(layer) => (layer, ["R", "G", "B"]),
-            None => match grey()? {
+            None => match grey() {
                 Some(layer) => (layer, ["Y"; 3]),
                 None => {
                     return Err(Error::input(format!(
@@ -43,46 +42,52 @@ impl Image {
                 }
             },
         };
-        let channel = |name: &str| self.floats(&joined(&layer, name)).unwrap_or_default();
-        let [r, g, b] = names.map(channel);
-        let pixels = r.iter().zip(g).zip(b);
+        let mut pixels = vec![[0.0; 3]; self.pixels()];
+        for (axis, name) in names.iter().enumerate() {
+            match self.channels.get(&joined(layer, name)) {
+                Some(Samples::F32(values)) => {
+                    (pixels.iter_mut().zip(values)).for_each(|(pixel, value)| pixel[axis] = *value);
+                }
+                Some(Samples::U32(values)) => (pixels.iter_mut().zip(values))
+                    .for_each(|(pixel, value)| pixel[axis] = *value as f32),
+                None => {}
+            }
+        }
         Ok(Colors {
-            pixels: pixels.map(|((r, g), b)| [*r, *g, *b]).collect(),
-            layer: Some(layer).filter(|layer| !layer.is_empty()),
+            pixels,
+            layer: Some(layer.to_owned()).filter(|layer| !layer.is_empty()),
             is_grey: names[0] == "Y",
         })
     }
 
-    /// Finds the layer that has float channels with all of `names` and with none of `others`, and returns its name. Channels
-    /// without a layer are taken first; the returned name is then empty. Otherwise the only layer that fits is taken or, if
-    /// several fit, the only one of them that is called Combined. The result is `None` if no layer fits, and an error if
-    /// several fit and this rule does not decide.
-    fn layer_of(&self, names: &[&str], others: &[&str]) -> Result<Option<String>> {
-        let layers = self.channels.keys().filter_map(|channel| {
-            let layer = channel.strip_suffix(names[0])?;
-            let layer = layer.strip_suffix('.').or(layer.is_empty().then_some(""))?;
-            let has = |name: &&str| self.floats(&joined(layer, name)).is_some();
-            (names.iter().all(has) && !others.iter().any(has)).then_some(layer)
-        });
-        let layers: Vec<&str> = layers.collect();
-        let is_combined = |layer: &&&str| layer.rsplit('.').next() == Some("Combined");
-        let combined: Vec<&&str> = layers.iter().filter(is_combined).collect();
-        match (layers.as_slice(), combined.as_slice()) {
-            ([], _) => Ok(None),
-            (all, _) if all.contains(&"") => Ok(Some(String::new())),
-            ([only], _) => Ok(Some((*only).to_owned())),
-            (_, [only]) => Ok(Some((**only).to_owned())),
-            _ => Err(Error::input(format!(
-                "it has no channels R, G, B of its own, and which of its layers is the picture cannot be told: it has {}",
-                self.listed()
-            ))),
-        }
+    /// Finds the layer that has channels with all of `names` and with none of `others`, and returns its name. Channels
+    /// without a layer are taken first; the returned name is then empty. Otherwise it is the first layer that fits and whose
+    /// name [`is_main`] accepts or, without one, the first layer that fits. The result is `None` if no layer fits.
+    fn layer_of(&self, names: &[&str], others: &[&str]) -> Option<&str> {
+        let fitting = || {
+            self.channels.keys().filter_map(|channel| {
+                let layer = channel.strip_suffix(names[0])?;
+                let layer = layer.strip_suffix('.').or(layer.is_empty().then_some(""))?;
+                let has = |name: &&str| self.channels.contains_key(&joined(layer, name));
+                (names.iter().all(has) && !others.iter().any(has)).then_some(layer)
+            })
+        };
+        (fitting().find(|layer| layer.is_empty()))
+            .or_else(|| fitting().find(|layer| is_main(layer)))
+            .or_else(|| fitting().next())
     }
 
     fn listed(&self) -> String {
         let names: Vec<&str> = self.channels.keys().map(String::as_str).collect();
         names.join(", ")
     }
+}
+
+/// True if the last part of a layer's name is a usual name of the picture itself, in any letter case: `Combined`, as in
+/// Blender's `ViewLayer.Combined`, `beauty` or `rgba`.
+pub(super) fn is_main(layer: &str) -> bool {
+    let last = layer.rsplit('.').next().unwrap_or_default();
+    ["combined", "beauty", "rgba"].contains(&&*last.to_ascii_lowercase())
 }
 
 fn joined(layer: &str, name: &str) -> String {
@@ -134,6 +139,24 @@ mod tests {
                 Some("V"),
                 [3.0; 3],
             ),
+            // The first of several layers, unless the name of another one says that it is the picture.
+            (
+                &["A.R", "A.G", "A.B", "C.R", "C.G", "C.B"],
+                Some("A"),
+                [0.0, 1.0, 2.0],
+            ),
+            (
+                &[
+                    "A.R",
+                    "A.G",
+                    "A.B",
+                    "C.Beauty.R",
+                    "C.Beauty.G",
+                    "C.Beauty.B",
+                ],
+                Some("C.Beauty"),
+                [3.0, 4.0, 5.0],
+            ),
         ] {
             let found = image(channels).colors().unwrap();
             assert_eq!(found.pixels, [pixel], "{channels:?}");
@@ -146,7 +169,6 @@ mod tests {
     fn what_is_no_picture_is_listed() {
         for channels in [
             &["depth.Z", "normal.X", "normal.Y", "normal.Z"][..],
-            &["A.R", "A.G", "A.B", "C.R", "C.G", "C.B"],
             &["Y", "RY", "BY"],
             &["R", "G"],
         ] {

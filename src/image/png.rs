@@ -14,6 +14,10 @@ use std::path::Path;
 /// allocated for them.
 const MAX_COMPRESSION_RATIO: u64 = 1032;
 
+/// The memory that [`read`] needs for each pixel, in bytes: three 16-bit values and twice three floats, whatever the file
+/// has. A pixel of the file may have a single bit.
+const BYTES_PER_PIXEL: u64 = 3 * 2 + 2 * 3 * 4;
+
 /// Writes the channels `R`, `G`, `B` as 8-bit sRGB to the file at `path`, with the exposure and the curve of `look`.
 pub(super) fn write(image: &Image, path: &Path, look: Look) -> Result<()> {
     let scale = f64::from(look.exposure).exp2();
@@ -44,15 +48,15 @@ pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<(
 pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = input_files::read(path)?;
     // The decoder allocates the size in the header, which may be damaged.
-    let claimed = claimed_bytes(&bytes).unwrap_or(0);
-    if claimed / MAX_COMPRESSION_RATIO > bytes.len() as u64 {
+    let claimed = Claim::of(&bytes).unwrap_or_default();
+    if claimed.bytes / MAX_COMPRESSION_RATIO > bytes.len() as u64 {
         return Err(Error::reading(
             path,
             "it claims more pixels than it can hold; is it a complete PNG?",
         ));
     }
-    // A byte of a value becomes two bytes, and then two floats: 2 + 4 + 4 bytes.
-    memory::check(claimed.saturating_mul(10)).map_err(|cause| Error::reading(path, cause))?;
+    let needed = claimed.pixels.saturating_mul(BYTES_PER_PIXEL);
+    memory::check(needed).map_err(|cause| Error::reading(path, cause))?;
     let decode = || image::load_from_memory_with_format(&bytes, image::ImageFormat::Png);
     let decoded = caught(decode)
         .ok_or_else(|| Error::reading(path, "it is damaged; is it a complete PNG?"))?
@@ -67,23 +71,38 @@ pub(super) fn read(path: &Path) -> Result<Image> {
     Ok(picture)
 }
 
-/// The number of bytes of the uncompressed pixels, computed from the header of the file. [`read`] refuses a file for which
-/// this number is too large. It is `None` if the file is too short for a header; the decoder rejects such a file later.
-fn claimed_bytes(file: &[u8]) -> Option<u64> {
-    let header = file.get(16..26)?;
-    let number = |at: usize| {
-        header[at..at + 4]
-            .iter()
-            .fold(0, |n, b| n << 8 | u64::from(*b))
-    };
-    let channels = match header[9] {
-        2 => 3,
-        4 => 2,
-        6 => 4,
-        _ => 1,
-    };
-    let row = number(0) * channels * u64::from(header[8]) / 8;
-    Some(row.saturating_mul(number(4)))
+/// The size that the header of a PNG file states. [`read`] refuses a file for which it is too large.
+#[derive(Debug, Default, PartialEq)]
+struct Claim {
+    /// The number of pixels.
+    pixels: u64,
+    /// The number of bytes of the uncompressed pixels in the file.
+    bytes: u64,
+}
+
+impl Claim {
+    /// Reads the header of the PNG file with the content `file`. The result is `None` if the file is too short for a header;
+    /// the decoder rejects such a file later.
+    fn of(file: &[u8]) -> Option<Self> {
+        let header = file.get(16..26)?;
+        let number = |at: usize| {
+            header[at..at + 4]
+                .iter()
+                .fold(0, |n, b| n << 8 | u64::from(*b))
+        };
+        let channels = match header[9] {
+            2 => 3,
+            4 => 2,
+            6 => 4,
+            _ => 1,
+        };
+        let [width, height] = [number(0), number(4)];
+        let row = width * channels * u64::from(header[8]) / 8;
+        Some(Self {
+            pixels: width.saturating_mul(height),
+            bytes: row.saturating_mul(height),
+        })
+    }
 }
 
 #[cfg(test)]
@@ -261,6 +280,17 @@ mod tests {
             let line = refused(&path, &bad);
             assert!(line.contains("claims more"), "{width} {height}: {line}");
         }
+    }
+
+    #[test]
+    fn the_memory_for_few_bits_per_pixel_is_that_for_their_pixels() {
+        let mut file = with_palette(6);
+        file[16..20].copy_from_slice(&u32::to_be_bytes(1 << 20));
+        file[20..24].copy_from_slice(&u32::to_be_bytes(1 << 10));
+        // One bit per pixel.
+        let (pixels, bytes) = (1 << 30, 1 << 27);
+        assert_eq!(Claim::of(&file), Some(Claim { pixels, bytes }));
+        assert_eq!(BYTES_PER_PIXEL * pixels, 30 << 30);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use super::bounds::usual_size;
 use super::lights::Emitters;
+use super::texture::Image;
 use super::{AlphaMode, Material, Mesh, Scene};
 use crate::shader_interface::MIRROR_ROUGHNESS;
 
@@ -31,6 +32,8 @@ pub struct Requirements {
     pub near_delta: bool,
     /// True if some material has a base colour or metallic-roughness texture; otherwise shaders do not read them.
     pub textures: bool,
+    /// True if some image of the scene has 16 bits per channel; otherwise shaders read 8 bits per channel only.
+    pub deep_textures: bool,
     /// True if some surface has holes or is partly transparent (not [`AlphaMode::Opaque`]); otherwise no ray tests alpha.
     pub alpha: bool,
     /// True if some surface that emits no light is partly transparent ([`AlphaMode::Blend`]). Shadow rays then return the
@@ -79,6 +82,7 @@ impl Requirements {
             motion: scene.motion.is_some(),
             punctual_lights: scene.punctual_lights.len() as u64,
             environment: scene.environment.is_some(),
+            deep_textures: scene.images.iter().any(Image::is_deep),
             ..Self::default()
         };
         let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
@@ -139,6 +143,7 @@ impl Requirements {
             specular,
             near_delta,
             textures,
+            deep_textures,
             alpha,
             blending,
             normal_maps,
@@ -162,6 +167,7 @@ impl Requirements {
             (specular, "specular lobes"),
             (near_delta, "mirrors"),
             (textures, "textures"),
+            (deep_textures, "16-bit textures"),
             (vertex_colors, "vertex colours"),
             (normal_maps, "normal maps"),
             (smooth_normals, "smooth normals"),
@@ -311,6 +317,7 @@ mod tests {
             specular: true,
             near_delta: true,
             textures: true,
+            deep_textures: false,
             alpha: false,
             blending: false,
             normal_maps: false,

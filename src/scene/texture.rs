@@ -3,7 +3,7 @@
 use glam::{Affine2, Vec2, Vec4};
 use std::sync::Arc;
 
-/// An RGBA image with 8 bits per channel, which one or more textures of materials use.
+/// An RGBA image with 8 or 16 bits per channel, which one or more textures of materials use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     /// The image's name in messages: the name of its file or, if the image is part of the scene's file, the name that it has
@@ -13,8 +13,40 @@ pub struct Image {
     pub width: u32,
     /// Height in texels, at least 1.
     pub height: u32,
-    /// RGBA texels, row by row from the top, which is at v = 0. They are in an `Arc`, so that copies of a scene share them.
+    /// RGBA texels, row by row from the top, which is at v = 0. In an image with 16 bits per channel, a texel has two
+    /// entries: the high bytes of its channels, then the low bytes. The texels are in an `Arc`, so that copies of a scene
+    /// share them.
     pub texels: Arc<[[u8; 4]]>,
+}
+
+impl Image {
+    /// The entries of [`Image::texels`] for one texel with 16 bits per channel.
+    pub fn entries(texel: [u16; 4]) -> [[u8; 4]; 2] {
+        [
+            texel.map(|value| (value >> 8) as u8),
+            texel.map(|value| value as u8),
+        ]
+    }
+
+    /// True if the image has 16 bits per channel. Shaders then read two entries per texel.
+    pub fn is_deep(&self) -> bool {
+        self.texels.len() as u64 > u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// The number of entries of [`Image::texels`] in one row of the image.
+    pub fn row_length(&self) -> u32 {
+        self.width * if self.is_deep() { 2 } else { 1 }
+    }
+
+    /// The texel with the index `index`, counted row by row, in 16 bits per channel. An 8-bit value v becomes 257 · v, which
+    /// is the same fraction of the largest value.
+    pub fn texel(&self, index: usize) -> [u16; 4] {
+        let [high, low] = match self.is_deep() {
+            true => [self.texels[2 * index], self.texels[2 * index + 1]],
+            false => [self.texels[index]; 2],
+        };
+        std::array::from_fn(|channel| u16::from_be_bytes([high[channel], low[channel]]))
+    }
 }
 
 /// The rule by which a lookup outside of an image finds a texel, along one axis. A lookup is outside if its texture
@@ -63,7 +95,7 @@ impl Texture {
     /// The texture's value at the mesh's texture coordinates `uv`, each channel in [0, 1], for computations on the CPU, such
     /// as the powers of textured lights. `image` must be the image that [`Texture::image`] names. `decode` converts each
     /// texel before interpolation: [`linear`] or [`srgb`].
-    pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u8; 4]) -> Vec4) -> Vec4 {
+    pub fn at(&self, image: &Image, uv: Vec2, decode: fn([u16; 4]) -> Vec4) -> Vec4 {
         let size = Vec2::new(image.width as f32, image.height as f32);
         let position = self.transform.transform_point2(uv) * size;
         // Huge coordinates can become infinities and NaN.
@@ -85,10 +117,10 @@ impl Texture {
         top.lerp(bottom, part.y)
     }
 
-    fn texel(&self, image: &Image, x: i64, y: i64) -> [u8; 4] {
+    fn texel(&self, image: &Image, x: i64, y: i64) -> [u16; 4] {
         let x = wrapped(self.wrap[0], x, image.width);
         let y = wrapped(self.wrap[1], y, image.height);
-        image.texels[y as usize * image.width as usize + x as usize]
+        image.texel(y as usize * image.width as usize + x as usize)
     }
 }
 
@@ -129,11 +161,13 @@ impl LitTexels {
     /// triangle that uses the image as its emissive texture may emit light.
     pub fn of(image: &Image) -> Self {
         let columns = image.width.div_ceil(BLOCK) as usize;
+        let row_length = image.row_length() as usize;
+        let block_length = row_length / image.width as usize * BLOCK as usize;
         let mut lit_before = vec![0; columns + 1];
-        for texels in image.texels.chunks(image.width as usize * BLOCK as usize) {
+        for texels in image.texels.chunks(row_length * BLOCK as usize) {
             let mut lit = vec![false; columns];
-            for row in texels.chunks(image.width as usize) {
-                for (lit, texels) in lit.iter_mut().zip(row.chunks(BLOCK as usize)) {
+            for row in texels.chunks(row_length) {
+                for (lit, texels) in lit.iter_mut().zip(row.chunks(block_length)) {
                     *lit = *lit || texels.iter().any(|texel| texel[..3] != [0; 3]);
                 }
             }
@@ -213,15 +247,15 @@ impl LitTexels {
     }
 }
 
-/// Decodes a texel of data (normals, metalness, roughness) for [`Texture::at`]: divides each channel by 255, so that it is
-/// in [0, 1].
-pub fn linear(texel: [u8; 4]) -> Vec4 {
-    Vec4::from_array(texel.map(f32::from)) / 255.0
+/// Decodes a texel of data (normals, metalness, roughness) for [`Texture::at`]: divides each 16-bit channel by 65535, so that
+/// it is in [0, 1].
+pub fn linear(texel: [u16; 4]) -> Vec4 {
+    Vec4::from_array(texel.map(f32::from)) / 65535.0
 }
 
 /// Decodes a texel of colour for [`Texture::at`] to channels in [0, 1]. Red, green and blue are converted
 /// from sRGB to linear; alpha is linear already.
-pub fn srgb(texel: [u8; 4]) -> Vec4 {
+pub fn srgb(texel: [u16; 4]) -> Vec4 {
     let [r, g, b, a] = linear(texel).to_array();
     Vec4::new(decode_srgb(r), decode_srgb(g), decode_srgb(b), a)
 }
@@ -263,6 +297,50 @@ mod tests {
         assert_eq!(at(0.75, 0.25), Vec4::new(1.0, 0.0, 0.0, 1.0));
         assert_eq!(at(0.25, 0.75), Vec4::new(0.0, 1.0, 0.0, 1.0));
         assert_eq!(at(0.5, 0.5), Vec4::new(0.5, 0.5, 0.25, 1.0));
+    }
+
+    #[test]
+    fn sixteen_bits_are_read_whole() {
+        let texels = [[0x1234, 0x00FF, 0, u16::MAX], [0, 1, 2, 3]];
+        let deep = Image {
+            width: 1,
+            texels: texels.into_iter().flat_map(Image::entries).collect(),
+            ..image()
+        };
+        assert!(deep.is_deep() && !image().is_deep());
+        assert_eq!([deep.row_length(), image().row_length()], [2, 2]);
+        assert_eq!([deep.texel(0), deep.texel(1)], texels);
+        assert_eq!(image().texel(1), [u16::MAX, 0, 0, u16::MAX]);
+        let seen = Texture::plain(0).at(&deep, Vec2::new(0.0, 0.25), linear);
+        assert_eq!(seen * 65535.0, Vec4::new(4660.0, 255.0, 0.0, 65535.0));
+    }
+
+    /// The low byte of a single texel is all that is not black.
+    #[test]
+    fn the_least_of_sixteen_bits_is_lit() {
+        let texel = |i| {
+            if i == 20 {
+                [1, 0, 0, u16::MAX]
+            } else {
+                [0, 0, 0, u16::MAX]
+            }
+        };
+        let deep = Image {
+            width: 32,
+            height: 1,
+            texels: (0..32).map(texel).flat_map(Image::entries).collect(),
+            ..image()
+        };
+        let lit = LitTexels::of(&deep);
+        let is_seen = |u: f32| {
+            let clamped = Texture {
+                wrap: [Wrap::Clamp; 2],
+                ..Texture::plain(0)
+            };
+            lit.may_be_seen(&clamped, [Vec2::splat(u); 3])
+        };
+        assert!(is_seen(20.5 / 32.0));
+        assert!(!is_seen(4.5 / 32.0) && !is_seen(31.5 / 32.0));
     }
 
     #[test]
@@ -358,8 +436,10 @@ mod tests {
 
     #[test]
     fn colours_are_decoded_before_they_are_mixed() {
-        assert!((srgb([188, 0, 0, 128]).x - 0.5029).abs() < 1e-3);
-        assert!((srgb([10, 0, 0, 128]).x - 10.0 / 255.0 / 12.92).abs() < 1e-9);
-        assert_eq!(srgb([0, 255, 0, 51]), Vec4::new(0.0, 1.0, 0.0, 0.2));
+        let srgb_of = |bytes: [u8; 4]| srgb(bytes.map(|byte| 257 * u16::from(byte)));
+        assert!((srgb_of([188, 0, 0, 128]).x - 0.5029).abs() < 1e-3);
+        assert!((srgb_of([10, 0, 0, 128]).x - 10.0 / 255.0 / 12.92).abs() < 1e-9);
+        assert_eq!(srgb_of([0, 255, 0, 51]), Vec4::new(0.0, 1.0, 0.0, 0.2));
+        assert!((srgb([0x8040, 0, 0, 0]).x - 0.21495).abs() < 1e-5);
     }
 }

@@ -1,5 +1,5 @@
-//! Decodes the images of textures (PNG, JPEG, WebP) to RGBA with 8 bits per channel. It limits the sizes that files may
-//! state in their headers, so that a small file cannot fill the memory.
+//! Decodes the images of textures (PNG, JPEG, WebP) to RGBA with 8 bits per channel, or with 16 if the file has them. It
+//! limits the sizes that files may state in their headers, so that a small file cannot fill the memory.
 
 use super::progress::Progress;
 use crate::base::memory;
@@ -7,7 +7,7 @@ use crate::base::panics::caught;
 use crate::scene::notices::quoted;
 use crate::scene::texture::Image;
 use crate::{Error, Result};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -16,12 +16,12 @@ use std::io::Cursor;
 /// state any size in its header, and decoding it would fill the memory.
 pub const MAX_SIZE: u32 = 16384;
 
-/// The maximum number of texels of all images of a scene together; more are an error. The limit exists because shaders find
-/// a texel by an index of 32 bits among the texels of all images.
+/// The maximum number of texels of all images of a scene together, where a texel with 16 bits per channel counts as two; more
+/// are an error. The limit exists because shaders find a texel by an index of 32 bits among the texels of all images.
 pub const MAX_TEXELS: u64 = 1 << 32;
 
-/// The size of one texel after decoding, in bytes: one byte for each of red, green, blue and alpha. From it loaders compute
-/// how much memory images will take.
+/// The size of one texel after decoding, in bytes: one byte for each of red, green, blue and alpha. A texel with 16 bits per
+/// channel counts as two. From it loaders compute how much memory images will take.
 pub(super) const BYTES: u64 = size_of::<[u8; 4]>() as u64;
 
 /// The maximum number of texels of the images that are decoded at the same time, in parallel: as many as one image of the
@@ -143,11 +143,13 @@ impl Encoded<'_> {
         caught(|| work(self)).unwrap_or_else(|| Err(self.damaged("it is damaged")))
     }
 
-    /// The number of texels of the image, computed from the width and the height in the header of its file. Fails if the
-    /// header is damaged, if the format is not PNG, JPEG or WebP, or if the width or the height is 0 or above [`MAX_SIZE`].
+    /// The number of texels of the image, computed from the width and the height in the header of its file. It is doubled for
+    /// an image with 16 bits per channel, as in [`Image::texels`]. Fails if the header is damaged, if the format is not PNG, JPEG or WebP, or if the width or the height is 0 or above [`MAX_SIZE`].
     fn texels(&self) -> Result<u64> {
-        let (width, height) = self.decoder()?.0.dimensions();
-        Ok(u64::from(width) * u64::from(height))
+        let (decoder, _) = self.decoder()?;
+        let (width, height) = decoder.dimensions();
+        let entries = if is_deep(decoder.color_type()) { 2 } else { 1 };
+        Ok(entries * u64::from(width) * u64::from(height))
     }
 
     /// A decoder that has read the header of the file but no texels yet, and the format of the file. Fails if the format is
@@ -186,17 +188,29 @@ impl Encoded<'_> {
         if !is_whole {
             return Err(self.damaged("it is cut off"));
         }
-        let decoded = DynamicImage::from_decoder(decoder)
-            .map_err(|cause| self.damaged(cause))?
-            .into_rgba8();
-        let texels: &[[u8; 4]] = bytemuck::cast_slice(decoded.as_raw());
+        let decoded = DynamicImage::from_decoder(decoder).map_err(|cause| self.damaged(cause))?;
+        let (width, height) = (decoded.width(), decoded.height());
+        let texels = if is_deep(decoded.color()) {
+            let decoded = decoded.into_rgba16();
+            decoded
+                .pixels()
+                .flat_map(|texel| Image::entries(texel.0))
+                .collect()
+        } else {
+            bytemuck::cast_slice(decoded.into_rgba8().as_raw()).into()
+        };
         Ok(Image {
             name: self.name.clone(),
-            width: decoded.width(),
-            height: decoded.height(),
-            texels: texels.into(),
+            width,
+            height,
+            texels,
         })
     }
+}
+
+/// True if an image of this type has more than 8 bits per channel; it then keeps 16 bits.
+fn is_deep(color: ColorType) -> bool {
+    color.bytes_per_pixel() > color.channel_count()
 }
 
 /// True if the content `bytes` of a JPEG file is not cut off, because it contains the end marker of the image. A photograph

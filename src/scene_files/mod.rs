@@ -3,6 +3,7 @@
 mod environments;
 pub mod export;
 mod gltf;
+mod hdr;
 mod image_files;
 mod images;
 mod load;

@@ -16,7 +16,7 @@ impl Scene {
     pub fn surround(&mut self, name: Option<&str>) -> Result<()> {
         match name {
             Some(NO_ENVIRONMENT) => self.environment = None,
-            Some(name) => self.environment = Some(Environment::open(name)?),
+            Some(name) => self.environment = Some(Environment::open(name, &mut self.notices)?),
             None if self.lacks_light() => {
                 self.environment = Some(Environment::neutral());
                 self.notices.push(

@@ -31,6 +31,11 @@ crate::gpu_constants! {
     pub const MATERIAL_VARIES: u32 = 2;
     /// Bit in `GpuMaterial::flags` of a material whose back the camera does not see: its rays go on behind the surface.
     pub const MATERIAL_CULLED: u32 = 4;
+    /// Bit in `GpuTexture::flags` of a texture whose lookups return the texel that contains the point. Without it, they
+    /// interpolate between the four texels around the point.
+    pub const TEXTURE_NEAREST: u32 = 1;
+    /// Bit in `GpuTexture::flags` of a texture whose image has 16 bits per channel, and so two words per texel.
+    pub const TEXTURE_DEEP: u32 = 2;
     /// Wrap mode of a texture: outside of [0, 1], texture coordinates read the image as if it were repeated.
     pub const WRAP_REPEAT: u32 = 0;
     /// Wrap mode of a texture: outside of [0, 1], texture coordinates read the image as if it were repeated

@@ -120,9 +120,8 @@ crate::gpu_struct! {
         /// Wrap mode (WRAP_…) along u, plus 4 times the wrap mode along v. Wrap modes select the texel that
         /// shaders read if a coordinate of the image is outside of [0, 1].
         pub wrap: u32,
-        /// Filter of the texture. 1: a lookup returns the texel that contains the point; 0: it interpolates
-        /// between the four texels around the point.
-        pub nearest: u32,
+        /// Bits TEXTURE_…: the filter of the texture, and the number of bits per channel of its image.
+        pub flags: u32,
     }
 }
 

@@ -92,10 +92,11 @@ macro_rules! scene_buffers {
             /// coordinates select them. Materials and the buffer `light_textures` name an entry by its index.
             textures: [GpuTexture] as Records(GpuTexture); |c| c.textures;
             /// If there are textures, a table of 256 words comes first: the bits of the linear float value of each sRGB
-            /// byte. The texels of all images follow, one word each, with red, green, blue and alpha from the lowest byte;
-            /// they are left out if shaders read Vulkan images instead. Table and texels share one buffer, because some
-            /// drivers bind at most 30 buffers.
-            texels: [u32] as Plain("uint"); |c| c.texels + if c.textures > 0 { 256 } else { 0 };
+            /// byte. If some image has 16 bits per channel, the values of the 65,536 16-bit sRGB values follow. Then come
+            /// the texels of all images, one word each, with red, green, blue and alpha from the lowest byte; a texel of 16
+            /// bits has two words, for the high and the low bytes. Texels are left out if shaders read Vulkan images
+            /// instead. Table and texels share one buffer, because some drivers bind at most 30 buffers.
+            texels: [u32] as Plain("uint"); |c| c.texels + c.srgb_table;
             /// Emissive triangles, on which light samples draw points; in world space, relative to the scene's origin, which
             /// is usually the camera's position. Lengths and radiances are in the device's units, which are the scene's
             /// units times powers of two. All triangles as they are in the current frame come first. If something moves, all

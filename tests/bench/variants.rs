@@ -101,7 +101,7 @@ fn main() {
             headwater::scene::Scene::open_watched(name, options, &mut |_, _, _| Ok(())).unwrap();
         scene.environment = environment
             .as_deref()
-            .map(|file| Environment::open(file).unwrap());
+            .map(|file| Environment::open(file, &mut Vec::new()).unwrap());
         let view = View {
             camera: (scene.cameras.first().cloned())
                 .unwrap_or_else(|| framing_camera(&scene, DEFAULT_ASPECT)),

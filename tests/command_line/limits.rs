@@ -39,6 +39,26 @@ fn a_scene_that_memory_does_not_hold_ends_in_one_line() {
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
 
+/// A grey PNG needs far more memory than its texels take in the file: this is known before it is decoded.
+#[test]
+fn a_grey_png_that_memory_does_not_hold_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("grey.png");
+    image::GrayImage::new(8192, 4096).save(&path).unwrap();
+    let program = Path::new(env!("CARGO_BIN_EXE_headwater"));
+    let arguments = ["compare", text(&path), text(&path)];
+    let mut command = limited("-v 800000", program, &arguments);
+    // Each thread takes address space.
+    let output = command.env("RAYON_NUM_THREADS", "1").output().unwrap();
+    let line = messages(output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{line}");
+    let needed = format!(
+        "grey.png: {} bytes are more than there is memory for",
+        30_u64 << 25
+    );
+    assert!(line.contains(&needed), "{line}");
+}
+
 /// Whatever memory is missing, the last save stays whole. Some allocations of a software driver are not checked, and end the
 /// process by a signal; where the program itself lacks memory, it says so.
 #[test]

@@ -206,7 +206,7 @@ impl Function<'_> {
             texels: buffer("texels", bytemuck::cast_slice(self.texels)),
             nothing: buffer("nothing", &[0; 256]),
             images: (self.images.iter())
-                .map(|i| SampledImage::new(&device, "image", i.width, &i.texels).unwrap())
+                .map(|i| SampledImage::new(&device, "image", i.row_length(), &i.texels).unwrap())
                 .collect(),
             counters: buffer("counters", &[0; 64]),
             scene: Buffer::from_slice(&device, "scene", &[table], uniform).unwrap(),

@@ -19,6 +19,18 @@ fn image(random: &mut Random, width: u32, height: u32) -> Image {
     }
 }
 
+/// An image of `width` × `height` random texels with 16 bits per channel.
+fn deep_image(random: &mut Random, width: u32, height: u32) -> Image {
+    let texel = |_| [0; 4].map(|_: u16| random.index(65536) as u16);
+    Image {
+        texels: (0..width * height)
+            .map(texel)
+            .flat_map(Image::entries)
+            .collect(),
+        ..image(&mut Random(0), width, height)
+    }
+}
+
 fn looked_up(is_color: bool) -> String {
     format!(
         "x = floatBitsToUint(texture_at(load_textures(a.z), uintBitsToFloat(a.xy), {is_color}));"
@@ -34,6 +46,7 @@ fn lookups_are_those_of_the_twin() {
         image(&mut random, 5, 3),
         image(&mut random, 1, 1),
         image(&mut random, 64, 32),
+        deep_image(&mut random, 7, 4),
     ];
     let wraps = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
     let mut textures = Vec::new();
@@ -110,8 +123,8 @@ fn lookups_are_those_of_the_twin() {
                 images: &scene.images,
                 ..function.clone()
             };
-            // The table of sRGB alone.
-            assert_eq!(tables.texels.len(), 256);
+            // The table of sRGB alone, for 8 and for 16 bits.
+            assert_eq!(tables.texels.len(), 256 + 65536);
             assert!(
                 sampled.run(&inputs) == found,
                 "images give other bits than the buffer"
@@ -218,4 +231,84 @@ fn primary_surfaces_keep_their_colour_on_average() {
     assert!(off < 2e-3, "{off}");
     function.fault = Some(("restir/sample_data.glsl", "numbers * (high", "0.5 * (high"));
     assert!(worst(&function) > 1e-2);
+}
+
+/// At the centres of texels, look-ups give all 16 bits of a texel, as colours and as numbers. Images of 8 bits in the same
+/// scene stay as they are.
+#[test]
+fn sixteen_bits_reach_the_shader() {
+    let mut random = Random(12);
+    let mut images = vec![deep_image(&mut random, 64, 32), image(&mut random, 64, 32)];
+    let mut texels = images[0].texels.to_vec();
+    texels[..2].copy_from_slice(&Image::entries([0x8040, 1, 0, 0x8040]));
+    images[0].texels = texels.into();
+    let texture = |image, nearest| Texture {
+        nearest,
+        ..Texture::plain(image)
+    };
+    let material = |texture| Material {
+        base_color_texture: Some(texture),
+        ..Material::default()
+    };
+    let textures = [(0, false), (0, true), (1, false), (1, true)];
+    let textures = textures.map(|(image, nearest)| texture(image, nearest));
+    let scene = Scene {
+        materials: textures.map(material).into(),
+        images,
+        ..Scene::default()
+    };
+    let mut inputs = Vec::new();
+    for texture in 0..textures.len() as u32 {
+        for (x, y) in (0..32).flat_map(|y| (0..64).map(move |x| (x, y))) {
+            let mut input = floats(&[(x as f32 + 0.5) / 64.0, (y as f32 + 0.5) / 32.0]);
+            input[2] = texture;
+            inputs.push(input);
+        }
+    }
+    for read in [Textures::Buffer, Textures::Images] {
+        if read == Textures::Images && !support::tests_device().1.image_arrays {
+            continue;
+        }
+        let tables = Materials::of(&scene, 1.0, read);
+        for is_color in [true, false] {
+            let body = looked_up(is_color);
+            let mut function = Function {
+                includes: &["scene/textures.glsl"],
+                body: &body,
+                materials: &tables.materials,
+                textures: &tables.textures,
+                texels: &tables.texels,
+                images: if read == Textures::Images {
+                    &scene.images
+                } else {
+                    &[]
+                },
+                ..Function::default()
+            };
+            let farthest = |found: Vec<[u32; 8]>| {
+                let pairs = inputs.iter().zip(found);
+                let distances = pairs.map(|(input, words)| {
+                    let texture = &textures[input[2] as usize];
+                    let uv = Vec2::new(f32::from_bits(input[0]), f32::from_bits(input[1]));
+                    let image = &scene.images[texture.image as usize];
+                    let expected = texture.at(image, uv, if is_color { srgb } else { linear });
+                    let found = Vec4::from_array([0, 1, 2, 3].map(|c| number(words[c]) as f32));
+                    found.distance(expected)
+                });
+                distances.fold(0.0, f32::max)
+            };
+            let found = function.run(&inputs);
+            let first = if is_color { 0.214_95 } else { 0.500_98 };
+            assert!(
+                (number(found[0][0]) - first).abs() < 5e-6,
+                "{}",
+                number(found[0][0])
+            );
+            let off = farthest(found);
+            assert!(off < 1e-6, "{read:?} {is_color}: {off}");
+            // The low bytes are lost.
+            function.fault = Some(("scene/textures.glsl", "2u * x + 1u", "2u * x"));
+            assert!(farthest(function.run(&inputs)) > 1e-3);
+        }
+    }
 }

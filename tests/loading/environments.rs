@@ -24,7 +24,7 @@ fn hdr() -> Vec<u8> {
 }
 
 fn open(path: &Path) -> Result<Environment> {
-    Environment::open(path.to_str().unwrap())
+    Environment::open(path.to_str().unwrap(), &mut Vec::new())
 }
 
 #[test]
@@ -53,21 +53,56 @@ fn refuse(name: &str, bytes: &[u8]) -> String {
     line
 }
 
+/// Bad texels are replaced, and one notice states their number and the first of them.
 #[test]
-fn broken_environments_end_in_one_line() {
+fn bad_texels_are_replaced() {
     let folder = tempfile::tempdir().unwrap();
-    for texel in [f32::NAN, f32::INFINITY, -1.0, 1e13] {
+    let opened = |path: &Path| {
+        let mut notices = Vec::new();
+        let environment = Environment::open(path.to_str().unwrap(), &mut notices).unwrap();
+        assert_eq!(notices.len(), 1, "{notices:?}");
+        (environment, notices.remove(0))
+    };
+    for (texel, replaced) in [
+        (f32::NAN, 0.0),
+        (f32::INFINITY, 1e12),
+        (-1.0, 0.0),
+        (1e13, 1e12),
+    ] {
         let path = folder.path().join("made.exr");
         write_exr(&path, texel);
-        let line = refuse("sky.exr", &std::fs::read(&path).unwrap());
-        assert!(line.contains("texel 5, 1"), "{line}");
+        let (environment, notice) = opened(&path);
+        assert_eq!(environment.texels[13], Vec3::new(1.0, replaced, 3.0));
+        assert_eq!(environment.texels[12], Vec3::new(1.0, 2.0, 3.0));
+        let counted = "made.exr: 1 of 32 texels have a radiance that is not within 0 and 1e12, the first at x = 5, y = 1";
+        assert!(notice.contains(counted), "{notice}");
     }
     // The largest number that the format has.
     let mut bright = hdr();
     let length = bright.len();
     bright[length - 1] = 255;
-    let line = refuse("sky.hdr", &bright);
-    assert!(line.contains("texel 7, 3"), "{line}");
+    let path = folder.path().join("sky.hdr");
+    std::fs::write(&path, bright).unwrap();
+    let (environment, notice) = opened(&path);
+    assert_eq!(environment.texels[31], Vec3::splat(1e12));
+    assert!(
+        notice.contains(" 1 of 32 ") && notice.contains("x = 7, y = 3"),
+        "{notice}"
+    );
+}
+
+#[test]
+fn broken_environments_end_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("made.exr");
+    let mut nothing = Image::new(2, 1);
+    nothing.set_vectors("", ["R", "G", "B"], &[[f32::NAN; 3]; 2]);
+    nothing.write(&path, 0.0).unwrap();
+    let line = refuse("sky.exr", &std::fs::read(&path).unwrap());
+    assert!(
+        line.contains("no texel has a radiance within 0 and 1e12"),
+        "{line}"
+    );
     for (name, content) in [
         ("empty.hdr", &b""[..]),
         ("text.hdr", b"a text"),
@@ -77,7 +112,7 @@ fn broken_environments_end_in_one_line() {
         refuse(name, content);
     }
     assert!(refuse("sky.jpg", b"").contains(".exr or .hdr"));
-    let missing = Environment::open("/nowhere/sky.exr")
+    let missing = Environment::open("/nowhere/sky.exr", &mut Vec::new())
         .unwrap_err()
         .to_string();
     assert!(missing.contains("/nowhere/sky.exr"), "{missing}");

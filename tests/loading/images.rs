@@ -6,7 +6,7 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use glam::Vec2;
 use headwater::scene::{Scene, Texture};
 use headwater::scene_files::{Options, load_watched};
-use image::{GrayImage, ImageFormat, RgbImage};
+use image::{DynamicImage, GrayImage, ImageFormat, RgbImage};
 use serde_json::{Value, json};
 
 fn load(file: &Gltf) -> Scene {
@@ -41,7 +41,12 @@ fn noisy() -> image::DynamicImage {
 
 /// A PNG file whose header has this size, while its data belongs to another size.
 fn lying_png(width: u32, height: u32) -> Vec<u8> {
+    lying_png_of_bits(8, width, height)
+}
+
+fn lying_png_of_bits(bits: u8, width: u32, height: u32) -> Vec<u8> {
     let mut png = encoded(ImageFormat::Png);
+    png[24] = bits;
     png[16..20].copy_from_slice(&width.to_be_bytes());
     png[20..24].copy_from_slice(&height.to_be_bytes());
     let checksum = crc32fast::hash(&png[12..29]);
@@ -224,6 +229,71 @@ fn the_smallest_and_the_largest_image() {
     assert_eq!(scene.images[0].texels[16383], [last, last, last, 255]);
     let text = refuse(&with_image(&lying_png(16385, 1)));
     assert!(text.contains("16385 × 1 texels"), "{text}");
+}
+
+/// Images of 16 bits per channel keep them, and count twice. Those of 8 bits do not change.
+#[test]
+fn sixteen_bits_are_kept() {
+    let (low, high) = (0x8040_u16, 0x12FF);
+    let grey: image::ImageBuffer<image::Luma<u16>, _> =
+        image::ImageBuffer::from_fn(3, 2, |x, _| image::Luma([low + x as u16]));
+    let mut color = image::ImageBuffer::from_pixel(3, 2, image::Rgba([low, high, 0, 7]));
+    color.put_pixel(2, 1, image::Rgba([1, 2, 3, 4]));
+    for (image, first, last) in [
+        (
+            DynamicImage::from(grey),
+            [low, low, low, u16::MAX],
+            [low + 2, low + 2, low + 2, u16::MAX],
+        ),
+        (DynamicImage::from(color), [low, high, 0, 7], [1, 2, 3, 4]),
+    ] {
+        let scene = load(&with_image(&write(&image, ImageFormat::Png)));
+        let deep = &scene.images[0];
+        assert!(deep.is_deep() && deep.texels.len() == 12);
+        assert_eq!((deep.width, deep.height), (3, 2));
+        assert_eq!([deep.texel(0), deep.texel(5)], [first, last]);
+        let requirements = headwater::scene::requirements::Requirements::of(&scene);
+        assert!(requirements.deep_textures && scene.notices.is_empty());
+        let scene = load(&with_image(&write(
+            &image.into_rgba8().into(),
+            ImageFormat::Png,
+        )));
+        assert!(!scene.images[0].is_deep() && scene.images[0].texels.len() == 6);
+    }
+    // Eight images of 2^28 texels each are as many as a scene can have.
+    let views: Vec<Value> = (0..9).map(|i| json!({ "bufferView": 4 + i })).collect();
+    let mut file = with_images(&views);
+    for _ in 0..9 {
+        file.add_view(&lying_png_of_bits(16, 16384, 16384));
+    }
+    let text = refuse(&file);
+    assert!(
+        text.contains("image 8: ") && text.contains(" 2147483648 bytes"),
+        "{text}"
+    );
+}
+
+/// Roughness and metalness of an OBJ file are put together in 16 bits if one of them has 16 bits.
+#[test]
+fn sixteen_bits_are_kept_in_what_is_put_together() {
+    let folder = Folder::new();
+    let deep: image::ImageBuffer<image::Luma<u16>, _> =
+        image::ImageBuffer::from_fn(2, 1, |x, _| image::Luma([0x1234 + x as u16]));
+    folder.write("deep.png", write(&deep.into(), ImageFormat::Png));
+    let grey = GrayImage::from_pixel(2, 1, image::Luma([0x56]));
+    folder.write("grey.png", write(&grey.into(), ImageFormat::Png));
+    folder.write("m.mtl", "newmtl a\nmap_Pr grey.png\nmap_Pm deep.png\n");
+    let scene = folder.load(
+        "scene.obj",
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n".to_owned(),
+    );
+    let texture = scene.materials[0].metallic_roughness_texture.unwrap();
+    let image = &scene.images[texture.image as usize];
+    let most = u16::MAX;
+    assert_eq!(
+        [image.texel(0), image.texel(1)],
+        [[most, 0x5656, 0x1234, most], [most, 0x5656, 0x1235, most]]
+    );
 }
 
 /// A file with one triangle and one material per image.

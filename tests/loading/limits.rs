@@ -115,7 +115,10 @@ fn files_of_terabytes_are_refused_at_once() {
         refused(Image::read(&path).map(drop), name);
     }
     let path = folder.path("a.exr");
-    refused(Environment::open(path.to_str().unwrap()).map(drop), "a.exr");
+    refused(
+        Environment::open(path.to_str().unwrap(), &mut Vec::new()).map(drop),
+        "a.exr",
+    );
 }
 
 #[test]

@@ -3,9 +3,11 @@
 
 mod animations;
 mod environments;
+mod exr;
 mod files;
 mod garbage;
 mod gltf;
+mod hdr;
 mod images;
 mod lights;
 mod limits;

@@ -459,7 +459,7 @@ fn scenes_and_environments_are_plain_files() {
             "a.exr" | "a.hdr" => {
                 let name = path.to_str().unwrap();
                 headwater::scene::Environment::check_name(name).unwrap_err();
-                headwater::scene::Environment::open(name).unwrap_err()
+                headwater::scene::Environment::open(name, &mut Vec::new()).unwrap_err()
             }
             _ => {
                 headwater::scene_files::check_name(path.to_str().unwrap()).unwrap_err();

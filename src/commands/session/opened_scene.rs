@@ -114,12 +114,12 @@ impl OpenedScene {
         let camera_override = args.look_at_camera()?;
         let mut scene = open_scene(&args.scene, args.load.options(), interrupt)?;
         scene.surround(args.environment.as_deref())?;
-        for text in &scene.notices {
-            notice(text);
-        }
         if let (Some(_), Some(environment)) = (&args.environment, &mut scene.environment) {
             environment.rotation = shown.environment.rotation;
             environment.intensity = shown.environment.intensity;
+        }
+        for text in &scene.notices {
+            notice(text);
         }
         let moves = scene.motion.is_some();
         let diagonal = scene.bounds().map_or(0.0, |bounds| bounds.size().length());

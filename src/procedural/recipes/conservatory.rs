@@ -339,7 +339,12 @@ mod tests {
         let [_, lacks] = Requirements::of(&scene).features();
         assert_eq!(
             lacks,
-            ["two-sided lights", "environment", "large triangles"]
+            [
+                "two-sided lights",
+                "environment",
+                "16-bit textures",
+                "large triangles"
+            ]
         );
     }
 }

@@ -37,12 +37,14 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Checks that the number of texels is valid, and that the radiance of each texel is in range, so that shaders can
-    /// compute with the image. An environment that fails is refused.
+    /// Checks that the number of texels is valid, and puts the radiance of each texel into the range [0, [`BRIGHTEST`]], so
+    /// that shaders can compute with the image. In a bad texel, each channel that is NaN or negative becomes 0, and each
+    /// channel above the limit becomes [`BRIGHTEST`]. One line about bad texels, with their number and the position of the
+    /// first one, is added to `notices`.
     ///
     /// # Errors
-    /// The number of texels is 0, above 2²⁶ or not width × height, or a radiance is NaN, negative or above [`BRIGHTEST`].
-    pub(crate) fn check(&mut self) -> Result<()> {
+    /// The number of texels is 0, above 2²⁶ or not width × height, or all texels are bad.
+    pub(crate) fn repair(&mut self, notices: &mut Vec<String>) -> Result<()> {
         let wrong = |fault: String| Err(Error::input(format!("{}: {fault}", self.name)));
         let texels = u64::from(self.width) * u64::from(self.height);
         if texels == 0 || texels > MAX_TEXELS || texels != self.texels.len() as u64 {
@@ -51,13 +53,31 @@ impl Environment {
                 self.width, self.height
             ));
         }
-        let bad = |texel: &Vec3| !is_within(*texel, BRIGHTEST);
-        if let Some(index) = self.texels.iter().position(bad) {
-            let (x, y) = (index as u32 % self.width, index as u32 / self.width);
+        let is_bad = |texel: &Vec3| !is_within(*texel, BRIGHTEST);
+        let Some(first) = self.texels.iter().position(is_bad) else {
+            return Ok(());
+        };
+        let bad = self.texels.iter().filter(|texel| is_bad(texel)).count();
+        let (x, y) = (first as u32 % self.width, first as u32 / self.width);
+        if bad == self.texels.len() {
             return wrong(format!(
-                "texel {x}, {y} is {}; radiance must be within 0 and {BRIGHTEST:e}",
-                self.texels[index]
+                "no texel has a radiance within 0 and {BRIGHTEST:e}; texel {x}, {y} is {}",
+                self.texels[first]
             ));
+        }
+        notices.push(format!(
+            "{}: {bad} of {texels} texels have a radiance that is not within 0 and {BRIGHTEST:e}, the first at x = {x}, y = {y}; NaN and negative values become 0, larger ones {BRIGHTEST:e}",
+            self.name
+        ));
+        for texel in Arc::make_mut(&mut self.texels)
+            .iter_mut()
+            .filter(|texel| is_bad(texel))
+        {
+            // `max` replaces NaN.
+            *texel = texel
+                .to_array()
+                .map(|value| value.max(0.0).min(BRIGHTEST))
+                .into();
         }
         Ok(())
     }
@@ -181,13 +201,39 @@ mod tests {
     }
 
     #[test]
-    fn radiance_out_of_range_is_named() {
-        for value in [f32::NAN, f32::INFINITY, -1.0, 1e13] {
+    fn radiance_out_of_range_is_replaced_and_counted() {
+        for (value, replaced) in [
+            (f32::NAN, 0.0),
+            (f32::INFINITY, BRIGHTEST),
+            (f32::NEG_INFINITY, 0.0),
+            (-1.0, 0.0),
+            (1e13, BRIGHTEST),
+        ] {
             let mut broken = environment(4, 2, |x, y| {
-                Vec3::new(1.0, if (x, y) == (3, 1) { value } else { 0.0 }, 0.0)
+                Vec3::new(1.0, if (x, y) >= (3, 0) { value } else { 0.0 }, -0.0)
             });
-            let message = broken.check().unwrap_err().to_string();
-            assert!(message.contains("texel 3, 1"), "{message}");
+            let mut notices = Vec::new();
+            broken.repair(&mut notices).unwrap();
+            assert_eq!(broken.texels[3], Vec3::new(1.0, replaced, 0.0));
+            assert_eq!(broken.texels[7], Vec3::new(1.0, replaced, 0.0));
+            assert_eq!(broken.texels[6], Vec3::X);
+            let [notice] = notices.as_slice() else {
+                panic!("{notices:?}");
+            };
+            assert!(notice.starts_with("test: 2 of 8 texels "), "{notice}");
+            assert!(notice.contains("first at x = 3, y = 0;"), "{notice}");
+            broken.repair(&mut notices).unwrap();
+            assert_eq!(notices.len(), 1, "a second repair changes nothing");
         }
+    }
+
+    #[test]
+    fn an_image_of_bad_texels_only_is_refused() {
+        let mut broken = environment(4, 2, |_, _| Vec3::NAN);
+        let message = broken.repair(&mut Vec::new()).unwrap_err().to_string();
+        assert!(
+            message.contains("no texel has a radiance within 0 and 1e12"),
+            "{message}"
+        );
     }
 }

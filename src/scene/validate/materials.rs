@@ -119,11 +119,12 @@ pub(super) fn check_textures(index: usize, material: &Material, images: &[Image]
     Ok(())
 }
 
-/// Checks that the width and the height of an image are not 0, and that it has width × height texels; otherwise fails.
+/// Checks that the width and the height of an image are not 0, and that it has width × height texels, of one entry each or
+/// of two in an image with 16 bits per channel; otherwise fails.
 /// `index` is the image's index in the scene, for messages.
 pub(super) fn check_image(index: usize, image: &Image) -> Result<()> {
     let texels = u64::from(image.width) * u64::from(image.height);
-    if texels == 0 || image.texels.len() as u64 != texels {
+    if texels == 0 || ![texels, 2 * texels].contains(&(image.texels.len() as u64)) {
         return Err(Error::input(format!(
             "{}: has {} texels for {} × {}",
             label("image", index, &image.name),

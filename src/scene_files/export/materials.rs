@@ -153,11 +153,15 @@ pub fn images(images: &[Image], binary: &mut Binary) -> Result<Vec<Value>> {
     let write = |image: &Image| {
         let mut png = Vec::new();
         let encoder = PngEncoder::new(&mut png);
-        let (texels, color) = (
-            bytemuck::cast_slice(&image.texels),
-            ExtendedColorType::Rgba8,
-        );
-        (texels.len() as u64 == 4 * u64::from(image.width) * u64::from(image.height))
+        let count = image.width as usize * image.height as usize;
+        let (deep, texels, color);
+        if image.is_deep() {
+            deep = (0..count).map(|i| image.texel(i)).collect::<Vec<_>>();
+            (texels, color) = (bytemuck::cast_slice(&deep), ExtendedColorType::Rgba16);
+        } else {
+            (texels, color) = (image.texels.as_flattened(), ExtendedColorType::Rgba8);
+        }
+        (texels.len() == count * usize::from(color.bits_per_pixel()) / 8)
             .then(|| encoder.write_image(texels, image.width, image.height, color))
             .ok_or_else(|| {
                 Error::input(format!("image {}: its texels do not fill it", image.name))

@@ -66,7 +66,14 @@ fn every_factor_survives() {
         height: 2,
         texels: [[shade, 10, 20, 30], [40, 50, 60, shade]].into(),
     };
-    scene.images = vec![image("first", 0), image("second", 255)];
+    let deep = Image {
+        texels: [[0x8040, 1, 2, 3], [4, 5, 6, 0xFF00]]
+            .into_iter()
+            .flat_map(Image::entries)
+            .collect(),
+        ..image("first", 0)
+    };
+    scene.images = vec![deep, image("second", 255)];
     let texture = Texture {
         image: 1,
         set: 1,

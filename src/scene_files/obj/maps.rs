@@ -79,11 +79,15 @@ pub fn load(
         let index = match surfaces.entry(files) {
             Entry::Occupied(image) => *image.get(),
             Entry::Vacant(image) => {
-                let texels = like.texels.len() as u64;
+                let [roughness, metallic] = files.map(|file| Some(&read.images[file?]));
+                let sizes = [roughness, metallic].into_iter().flatten();
+                let texels = sizes
+                    .map(|image| image.texels.len() as u64)
+                    .max()
+                    .unwrap_or(0);
                 count.add(texels, || what(map))?;
                 memory::check(BYTES * texels)
                     .map_err(|cause| Error::input(format!("{}: {cause}; scale it", what(map))))?;
-                let [roughness, metallic] = files.map(|file| Some(&read.images[file?]));
                 images.push(combine(like, roughness, metallic));
                 *image.insert(images.len() as u32 - 1)
             }
@@ -160,10 +164,18 @@ fn what(map: &Map) -> String {
 /// material's factor counts. The new image has the size and the name of `like`; the caller ensures that the other images
 /// have this size too.
 fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) -> Image {
-    let red = |image: Option<&Image>, i: usize| image.map_or(255, |image| image.texels[i][0]);
-    let texel = |i| [255, red(roughness, i), red(metallic, i), 255];
+    let red = |image: Option<&Image>, i| image.map_or(u16::MAX, |image| image.texel(i)[0]);
+    let texel = |i| [u16::MAX, red(roughness, i), red(metallic, i), u16::MAX];
+    let texels = (0..like.width as usize * like.height as usize).map(texel);
+    let is_deep = [roughness, metallic]
+        .into_iter()
+        .flatten()
+        .any(Image::is_deep);
     Image {
-        texels: (0..like.texels.len()).map(texel).collect(),
+        texels: match is_deep {
+            true => texels.flat_map(Image::entries).collect(),
+            false => texels.map(|texel| Image::entries(texel)[0]).collect(),
+        },
         ..like.clone()
     }
 }

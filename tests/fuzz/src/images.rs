@@ -181,10 +181,17 @@ pub fn hdrs() -> Vec<(String, Vec<u8>)> {
     let mut runs =
         b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2.5\nEXPOSURE=0.5\n\n-Y 2 +X 8\n".to_vec();
     runs.extend([9, 8, 7, 128, 1, 1, 1, 7].repeat(2));
+    // What other programs write in the header.
+    let mut turned = b"#?RGBE\r\nCOLORCORR= 1 0.5 2\r\n\r\n+X 2 -Y 3\r\n".to_vec();
+    turned.extend([9, 8, 7, 128].repeat(6));
+    let mut xyz = b"#?AUTOPANO\n# x\nFORMAT=32-bit_rle_xyze\n\n-X 2 +Y 3\n".to_vec();
+    xyz.extend([9, 8, 7, 128].repeat(6));
     vec![
         ("runs.hdr".into(), runs),
         ("new.hdr".into(), encoded("rgb32f", ImageFormat::Hdr)),
         ("old.hdr".into(), old),
+        ("turned.hdr".into(), turned),
+        ("xyz.hdr".into(), xyz),
     ]
 }
 
@@ -249,9 +256,13 @@ pub fn exrs() -> Vec<(String, Vec<u8>)> {
         Layer::new((3, 2), attributes, Encoding::UNCOMPRESSED, channels)
     });
     let mut bytes = Cursor::new(Vec::new());
-    exr::image::Image::empty(ImageAttributes::new(IntegerBounds::from_dimensions((3, 2))))
-        .with_layer(parts[0].clone())
-        .with_layer(parts[1].clone())
+    // The data windows are smaller than the display window, and one of them lies partly outside of it.
+    let display = IntegerBounds::new((-2, 1), (6, 4));
+    let [left, mut right] = parts;
+    right.attributes.layer_position = Vec2(2, 0);
+    exr::image::Image::empty(ImageAttributes::new(display))
+        .with_layer(left)
+        .with_layer(right)
         .write()
         .to_buffered(&mut bytes)
         .expect("an EXR of two parts");
@@ -359,11 +370,12 @@ pub fn has_exr_header(bytes: &[u8]) -> bool {
     MetaData::read_from_buffered(Cursor::new(bytes), true).is_ok()
 }
 
-/// True if an HDR's header can be read.
+/// True if an HDR's header can be read: it has the first characters, an empty line, and after it a size with a height.
 pub fn has_hdr_header(bytes: &[u8]) -> bool {
-    let mut reader = ImageReader::new(Cursor::new(bytes));
-    reader.set_format(ImageFormat::Hdr);
-    reader.into_dimensions().is_ok()
+    let mut lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii_end);
+    let has_end = bytes.starts_with(b"#?") && lines.any(<[u8]>::is_empty);
+    let size = lines.next().unwrap_or_default();
+    has_end && size.contains(&b'Y') && size.split(|byte| *byte == b' ').count() == 4
 }
 
 /// True if the header of an image in one of these formats can be read.

@@ -1,27 +1,18 @@
 //! OpenEXR files: writes pictures as one part with 32-bit channels, losslessly compressed, and reads pictures, also those of
 //! other programs.
 
+mod reading;
+
+pub(super) use reading::read;
+
 use super::{Image, Samples};
 use crate::Error;
 use crate::base::files::write_atomically;
-use crate::base::panics::caught;
-use crate::base::{input_files, memory};
-use ::exr::meta::header::Header;
 use ::exr::prelude::*;
-use std::io::Cursor;
 use std::path::Path;
 
 /// Name of the attribute in the EXR header that holds the metadata of the picture, as one JSON object.
 const METADATA: &str = "headwater";
-
-/// The maximum number of pixels (width × height) of a picture that is read. A file whose header states more is refused,
-/// because its picture would need many gigabytes of memory.
-const MAX_PIXELS: usize = 1 << 30;
-
-/// Upper bound on the compression ratio of an EXR file: the number of uncompressed bytes per byte of the file. If a file
-/// would need a higher ratio for the picture that its header describes, it is refused before memory is allocated. Deflate
-/// reaches 1032; PXR24 reaches 4/3 of that, because it first drops one of four bytes. RLE, PIZ and B44 stay below.
-const MAX_COMPRESSION_RATIO: usize = 1400;
 
 pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
     let size = (image.width as usize, image.height as usize);
@@ -65,100 +56,6 @@ pub(super) fn write(image: &Image, path: &Path) -> crate::Result<()> {
 /// Latin-1.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
-}
-
-/// Decodes text from an EXR header as UTF-8 or, if it is not UTF-8, as Latin-1.
-fn string(text: &Text) -> String {
-    std::str::from_utf8(text.as_slice()).map_or_else(|_| text.to_string(), str::to_owned)
-}
-
-pub(super) fn read(path: &Path) -> crate::Result<Image> {
-    let bytes = input_files::read(path)?;
-    // The decoder can panic on damaged files; a panic must become an error.
-    match caught(|| decode(&bytes)) {
-        Some(Ok(image)) => Ok(image),
-        Some(Err(e)) => Err(Error::reading(path, e)),
-        None => Err(Error::reading(path, "it is damaged; is it a complete EXR?")),
-    }
-}
-
-fn decode(bytes: &[u8]) -> std::result::Result<Image, String> {
-    let damaged = |e: ::exr::error::Error| format!("{e}; is it a complete EXR?");
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(damaged)?;
-    for header in &meta.headers {
-        check_header(header, bytes.len())?;
-    }
-    let file = ::exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        // Without this, a damaged table of chunks leaves black lines and no error.
-        .pedantic()
-        // A panic in one of the library's threads would end the process.
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(damaged)?;
-    let layer = file.layer_data;
-    let mut image = Image::new(layer.size.x() as u32, layer.size.y() as u32);
-    for channel in layer.channel_data.list {
-        let name = string(&channel.name);
-        if channel.sampling != Vec2(1, 1) {
-            return Err(format!(
-                "channel {name:?} is subsampled, which Headwater does not read"
-            ));
-        }
-        let samples = match channel.sample_data {
-            FlatSamples::F16(values) => Samples::F32(values.into_iter().map(f32::from).collect()),
-            FlatSamples::F32(values) => Samples::F32(values),
-            FlatSamples::U32(values) => Samples::U32(values),
-        };
-        image.channels.insert(name, samples);
-    }
-    if let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(METADATA)) {
-        image.metadata = serde_json::from_str(&string(text)).unwrap_or_default();
-    }
-    Ok(image)
-}
-
-/// Rejects a header that describes more data than a file of `file_bytes` bytes can hold, more pixels than [`MAX_PIXELS`], or
-/// more data than fits in memory; so a damaged file does not exhaust memory. It also rejects DWA compression, which the
-/// decoder cannot read safely. The error text is the reason; the caller puts it behind the path of the file in its message.
-fn check_header(header: &Header, file_bytes: usize) -> std::result::Result<(), String> {
-    // The decoder allocates the size in a DWA block, which may be damaged, and ends the process if
-    // memory does not suffice.
-    if matches!(
-        header.compression,
-        Compression::DWAA(_) | Compression::DWAB(_)
-    ) {
-        return Err(
-            "it is compressed with DWA, which Headwater does not read; save it as ZIP".into(),
-        );
-    }
-    let size = header.layer_size;
-    let too_large = || {
-        format!(
-            "it claims {} × {} pixels in {} channels, more than it can hold or Headwater reads",
-            size.x(),
-            size.y(),
-            header.channels.list.len()
-        )
-    };
-    let pixels = size
-        .x()
-        .checked_mul(size.y())
-        .filter(|pixels| *pixels <= MAX_PIXELS)
-        .ok_or_else(too_large)?;
-    let depth = |c: &ChannelDescription| c.sample_type.bytes_per_sample();
-    let pixel_bytes: usize = header.channels.list.iter().map(depth).sum();
-    let bytes = pixels.checked_mul(pixel_bytes).ok_or_else(too_large)?;
-    // The file stores an offset of eight bytes per chunk.
-    if header.chunk_count > file_bytes / 8 || bytes / MAX_COMPRESSION_RATIO > file_bytes {
-        return Err(too_large());
-    }
-    // A failed allocation in the decoder would end the process. Samples are copied once.
-    memory::room_for(2 * bytes as u64).map(drop)
 }
 
 #[cfg(test)]
