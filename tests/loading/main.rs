@@ -15,3 +15,4 @@ mod progress;
 #[path = "../support/mod.rs"]
 mod support;
 mod textures;
+mod tolerance;

@@ -211,11 +211,16 @@ pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
 }
 
 /// The bytes that a data URI contains: the content of a buffer or an encoded image. `data` is the text of the
-/// URI after `data:`, such as `[type];base64,…`. `None` if the text is not valid base64.
+/// URI after `data:`, such as `[type];base64,…`. Line breaks and blanks in the base64 text are ignored. `None` if the text is
+/// not valid base64.
 pub fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, content) = data.split_once(',')?;
-    kind.ends_with(";base64").then_some(())?;
-    BASE64.decode(&*decode_percent(content)?).ok()
+    kind.trim_end().ends_with(";base64").then_some(())?;
+    let mut content = decode_percent(content)?;
+    if content.contains(|c: char| c.is_ascii_whitespace()) {
+        content.to_mut().retain(|c| !c.is_ascii_whitespace());
+    }
+    BASE64.decode(&*content).ok()
 }
 
 /// Decodes the percent codes of a text, such as `%20`. `None` if a percent sign is not followed by two hexadecimal digits,
@@ -263,6 +268,10 @@ mod tests {
             decode_data_uri(";base64,Zg%3D%3D").as_deref(),
             Some(&b"f"[..])
         );
+        for spaced in ["Zm 9v", "Zm9v\n", "\r\nZm\t9v", "Zm%0D%0A9v"] {
+            let decoded = decode_data_uri(&format!(";base64,{spaced}"));
+            assert_eq!(decoded.as_deref(), Some(&b"foo"[..]), "{spaced:?}");
+        }
         for wrong in ["text/plain,foo", ";base64", "", ",", ";base64,%"] {
             assert_eq!(decode_data_uri(wrong), None, "{wrong}");
         }
