@@ -153,8 +153,14 @@ struct Source<'a> {
 impl Source<'_> {
     /// Reads and checks the keyframes of the sampler; their times are in seconds. `kind` is the glTF type of
     /// a value and its number of components, such as `VEC3` and 3. `make` makes one value of the track from
-    /// this many numbers. Fails if an index, a type, a time or a value is wrong.
-    fn track<T: Keyed>(&self, kind: (&str, usize), make: impl Fn(&[f64]) -> T) -> Result<Track<T>> {
+    /// this many numbers. Keys before time 0 and several keys at one time are kept, with notices in `tally`. Fails if an
+    /// index, a type, a time or a value is wrong.
+    fn track<T: Keyed>(
+        &self,
+        kind: (&str, usize),
+        make: impl Fn(&[f64]) -> T,
+        tally: &mut Tally,
+    ) -> Result<Track<T>> {
         let samplers = &self.animation.samplers;
         let Some(sampler) = get(samplers, self.sampler) else {
             let (what, count) = (self.channel, samplers.len());
@@ -193,6 +199,14 @@ impl Source<'_> {
             TrackFault::Times(fault) => Error::input(format!("{times}: {fault}; {correct}")),
             TrackFault::Values(fault) => Error::input(format!("{values}: {fault}; {correct}")),
         })?;
+        if track.times[0] < 0.0 {
+            let text = "keys before time 0 are shown only at a negative --start-time";
+            tally.add(text, || times.clone());
+        }
+        if track.times.windows(2).any(|pair| pair[0] == pair[1]) {
+            let text = "several keys are at one time, where the value jumps to the last of them";
+            tally.add(text, || times.clone());
+        }
         Ok(track)
     }
 
@@ -237,7 +251,7 @@ impl Animations {
         // A node's keys are checked even if the scene does not show it.
         match target {
             Target::Translation(node) | Target::Scale(node) => {
-                let track = source.track(("VEC3", 3), DVec3::from_slice)?;
+                let track = source.track(("VEC3", 3), DVec3::from_slice, tally)?;
                 let Some(moving) = self.moving(source, node, in_scene)? else {
                     return Ok(());
                 };
@@ -250,7 +264,7 @@ impl Animations {
                 }
             }
             Target::Rotation(node) => {
-                let mut track = source.track(("VEC4", 4), DQuat::from_slice)?;
+                let mut track = source.track(("VEC4", 4), DQuat::from_slice, tally)?;
                 // Keys from integers are unit only nearly; slopes have no length to keep.
                 let stride = track.values.len() / track.times.len();
                 let keys = track.values.iter_mut().skip(stride / 2).step_by(stride);
@@ -265,7 +279,7 @@ impl Animations {
             Target::EmissiveFactor(material) | Target::EmissiveStrength(material)
                 if source.accessors.document.materials[material].is_unlit() => {}
             Target::EmissiveFactor(material) => {
-                let track = source.track(("VEC3", 3), DVec3::from_slice)?;
+                let track = source.track(("VEC3", 3), DVec3::from_slice, tally)?;
                 source.check_emission(&track, |v| [v.min_element(), v.max_element()])?;
                 let emission = self.emission(source, material);
                 if !taken(tally, emission.color.track.is_some()) {
@@ -273,7 +287,7 @@ impl Animations {
                 }
             }
             Target::EmissiveStrength(material) => {
-                let track = source.track(("SCALAR", 1), |v| v[0])?;
+                let track = source.track(("SCALAR", 1), |v| v[0], tally)?;
                 source.check_emission(&track, |v| [v, v])?;
                 let emission = self.emission(source, material);
                 if !taken(tally, emission.strength.track.is_some()) {
