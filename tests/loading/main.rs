@@ -6,6 +6,7 @@ mod environments;
 mod files;
 mod garbage;
 mod gltf;
+mod gltf_extensions;
 mod images;
 mod lights;
 mod limits;

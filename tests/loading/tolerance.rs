@@ -2,7 +2,8 @@
 
 use crate::files::{Folder, Gltf, glb};
 use base64::prelude::{BASE64_STANDARD, Engine};
-use serde_json::json;
+use headwater::scene::Instance;
+use serde_json::{Value, json};
 
 /// Loads a file whose scene must have the content of [`Gltf::triangle`] and the notices `notices`.
 fn assert_is_triangle(name: &str, content: impl AsRef<[u8]>, notices: &[&str]) {
@@ -96,4 +97,59 @@ fn extensions_without_effect_may_be_required() {
     let notice =
         "extensions that are not supported are ignored: KHR_xmp_json_ld, KHR_audio_emitter";
     assert_is_triangle("required.glb", file.glb(), &[notice]);
+}
+
+/// The corners x of the triangles that a scene with the nodes `nodes` and the roots `roots` shows, instance by instance, and
+/// its notices.
+fn shown(nodes: Value, roots: Value) -> (Vec<f64>, Vec<String>) {
+    let file = Gltf::triangle().with(|json| {
+        json["nodes"] = nodes;
+        json["scenes"] = json!([{ "nodes": roots }]);
+    });
+    let scene = Folder::new().load("scene.glb", file.glb());
+    let x = |instance: &Instance| instance.object_to_world.translation.x;
+    (scene.instances.iter().map(x).collect(), scene.notices)
+}
+
+#[test]
+fn roots_that_are_children_too_are_shown_once() {
+    let nodes = json!([
+        { "mesh": 0, "children": [1], "translation": [1, 0, 0] },
+        { "mesh": 0, "children": [2], "translation": [10, 0, 0] },
+        { "name": "leaf", "mesh": 0, "translation": [100, 0, 0] },
+        { "mesh": 0, "translation": [1000, 0, 0] },
+    ]);
+    let child = "roots of the scene that are children too are shown once, as children";
+    let outside = "roots of the scene are children outside of it, these parents do not move them";
+    let twice = "nodes that the scene lists twice are shown once";
+    let leaf = "node 2 \"leaf\"";
+    for (roots, x, notices) in [
+        (json!([0, 3]), vec![1.0, 11.0, 111.0, 1000.0], vec![]),
+        (
+            json!([0, 2]),
+            vec![1.0, 11.0, 111.0],
+            vec![format!("{child}: {leaf}")],
+        ),
+        (
+            json!([2, 1, 0]),
+            vec![1.0, 11.0, 111.0],
+            vec![format!("{child}: 2 times, first {leaf}")],
+        ),
+        (
+            json!([3, 2]),
+            vec![1000.0, 100.0],
+            vec![format!("{outside}: {leaf}")],
+        ),
+        (
+            json!([2, 1, 2]),
+            vec![10.0, 110.0],
+            vec![
+                format!("{twice}: {leaf}"),
+                format!("{child}: {leaf}"),
+                format!("{outside}: node 1"),
+            ],
+        ),
+    ] {
+        assert_eq!(shown(nodes.clone(), roots.clone()), (x, notices), "{roots}");
+    }
 }

@@ -13,7 +13,7 @@ use crate::scene::motion::{AnimatedTransform, Emission, Motion, Node, Transform}
 use crate::scene::notices::{Tally, quoted};
 use crate::scene::validate::BRIGHTEST;
 use crate::{Error, Result};
-use glam::{DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 use std::collections::BTreeMap;
 
 /// The keyframes of all animated properties of the file, from which [`Animations::motion`] makes the motion of the scene.
@@ -342,11 +342,13 @@ impl Animations {
         self.materials.contains_key(&material)
     }
 
-    /// The motion of the scene; `None` if nothing has keyframes. `placed` are the nodes of the scene. `instances`, `cameras`
-    /// and `lights` have one entry for each instance, camera and light of the scene: the index of its node in `placed`.
+    /// The motion of the scene; `None` if nothing has keyframes. Its nodes are `placed`, the nodes of the scene, followed by
+    /// `copies`: each copy of a mesh has the index of its node in `placed` and its transform to this node. `instances`,
+    /// `cameras` and `lights` have one entry for each instance, camera and light of the scene: the index of its node.
     pub fn motion(
         mut self,
         placed: &[Placed<'_>],
+        copies: &[(u32, DAffine3)],
         instances: Vec<Option<u32>>,
         cameras: Vec<Option<u32>>,
         lights: Vec<Option<u32>>,
@@ -361,8 +363,12 @@ impl Animations {
                 None => Transform::Fixed(placed_node.in_parent),
             },
         });
+        let copies = copies.iter().map(|(node, in_node)| Node {
+            parent: Some(*node),
+            transform: Transform::Fixed(*in_node),
+        });
         Some(Motion {
-            nodes: nodes.collect(),
+            nodes: nodes.chain(copies).collect(),
             instances,
             cameras,
             lights,

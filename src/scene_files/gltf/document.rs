@@ -11,6 +11,8 @@
 //!   interpolations, alpha modes, and the path `pointer` of an animation, which Headwater supports;
 //! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
+use super::instancing::Instancing;
+use super::visibility::{Levels, Visibility};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -264,6 +266,12 @@ pub struct Node {
 pub struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<NodeLight>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Instancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub visibility: Visibility,
+    #[serde(rename = "MSFT_lod")]
+    pub levels: Levels,
 }
 
 #[derive(Debug, Deserialize)]

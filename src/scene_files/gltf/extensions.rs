@@ -5,7 +5,8 @@ use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 
 /// The glTF extensions that are supported.
-const SUPPORTED: [&str; 9] = [
+const SUPPORTED: [&str; 12] = [
+    "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_animation_pointer",
     "KHR_lights_punctual",
@@ -14,8 +15,14 @@ const SUPPORTED: [&str; 9] = [
     "KHR_materials_specular",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_transform",
+    LEVELS_OF_DETAIL,
 ];
+
+/// The extension that gives nodes and materials coarser levels of detail. Only the finest level is shown, which is the node or
+/// the material that has the extension.
+const LEVELS_OF_DETAIL: &str = "MSFT_lod";
 
 /// Extensions that change nothing in a picture at rest. A file may require them: they are ignored, with a notice.
 const WITHOUT_EFFECT: [&str; 24] = [
@@ -82,6 +89,10 @@ pub fn check(document: &Document, tally: &mut Tally) -> Result<()> {
             Some(first) if first.len() < ignored.len() => first.join(", ") + " and others",
             _ => ignored.join(", "),
         });
+    }
+    if lists(used, LEVELS_OF_DETAIL) || lists(required, LEVELS_OF_DETAIL) {
+        let text = "of several levels of detail only the finest is shown";
+        tally.add(text, || LEVELS_OF_DETAIL.into());
     }
     Ok(())
 }

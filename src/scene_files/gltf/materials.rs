@@ -34,6 +34,7 @@ impl Uses {
         // Each mesh once, in however many places it stands.
         let meshes: BTreeSet<u64> = placed
             .iter()
+            .filter(|placed_node| placed_node.is_shown)
             .filter_map(|placed_node| placed_node.node.mesh)
             .collect();
         // What is out of range is named when meshes are read.

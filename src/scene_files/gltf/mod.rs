@@ -10,6 +10,7 @@ mod animations;
 mod buffers;
 mod document;
 mod extensions;
+mod instancing;
 mod json;
 mod lights;
 mod materials;
@@ -17,6 +18,7 @@ mod meshes;
 mod nodes;
 mod textures;
 mod unfolding;
+mod visibility;
 
 use super::progress::Progress;
 use super::scene_folder::SceneFolder;
@@ -42,7 +44,7 @@ pub(super) fn read(
     let document = json::parse(&json, &mut tally)?;
     extensions::check(&document, &mut tally)?;
 
-    let placed = nodes::placed(&document)?;
+    let placed = nodes::placed(&document, &mut tally)?;
     let buffers = Buffers::load(&document, binary.as_deref(), folder, progress)?;
     let slices = buffers.slices();
     let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
@@ -63,13 +65,16 @@ pub(super) fn read(
     };
     let mut meshes = Meshes::new(accessors, &scene.materials);
     let mut cameras = Vec::new();
-    // For each instance, where in `placed` its node is.
+    // For each instance, where in `placed`, or after it in `copies`, its node is.
     let mut instance_nodes = Vec::new();
+    // Copies of a mesh move with their node, as children of it would.
+    let mut copies = Vec::new();
     // Where in the scene each of the file's meshes is, once it has been read.
     let mut read: Vec<Option<u32>> = vec![None; document.meshes.len()];
     let mut light_nodes = Vec::new();
     for (node_index, placed_node) in (0_u32..).zip(&placed) {
-        if let Some(light) = lights::of_node(&document, placed_node)? {
+        let is_shown = placed_node.is_shown;
+        if let Some(light) = lights::of_node(&document, placed_node)?.filter(|_| is_shown) {
             scene.punctual_lights.push(light);
             light_nodes.push(Some(node_index));
         }
@@ -86,7 +91,7 @@ pub(super) fn read(
                 cameras.push((index, camera, node_index));
             }
         }
-        if let Some(index) = placed_node.node.mesh {
+        if let Some(index) = placed_node.node.mesh.filter(|_| is_shown) {
             let Some(source) = get(&document.meshes, index) else {
                 return Err(out_of_range(
                     &placed_node.label(),
@@ -100,6 +105,10 @@ pub(super) fn read(
                     placed_node.label()
                 });
             }
+            let copied = instancing::transforms(&accessors, placed_node)?;
+            if copied.as_ref().is_some_and(Vec::is_empty) {
+                continue;
+            }
             let index = index as usize;
             let mesh = match read[index] {
                 Some(mesh) => mesh,
@@ -110,12 +119,24 @@ pub(super) fn read(
                 }
             };
             read[index] = Some(mesh);
-            instance_nodes.push(Some(node_index));
-            scene.instances.push(Instance {
-                name: placed_node.node.name.clone(),
-                mesh,
-                object_to_world: placed_node.to_world,
-            });
+            let mut add = |node, object_to_world| {
+                instance_nodes.push(Some(node));
+                scene.instances.push(Instance {
+                    name: placed_node.node.name.clone(),
+                    mesh,
+                    object_to_world,
+                });
+            };
+            match copied {
+                None => add(node_index, placed_node.to_world),
+                Some(copied) => {
+                    for in_node in copied {
+                        let node = (placed.len() + copies.len()) as u32;
+                        add(node, placed_node.to_world * in_node);
+                        copies.push((node_index, in_node));
+                    }
+                }
+            }
         }
     }
     if meshes.default_material_used {
@@ -124,7 +145,7 @@ pub(super) fn read(
     cameras.sort_by_key(|(index, ..)| *index);
     let camera_nodes = cameras.iter().map(|(.., node)| Some(*node)).collect();
     scene.cameras = cameras.into_iter().map(|(_, camera, _)| camera).collect();
-    scene.motion = animations.motion(&placed, instance_nodes, camera_nodes, light_nodes);
+    scene.motion = animations.motion(&placed, &copies, instance_nodes, camera_nodes, light_nodes);
     // Even what never changes may be kept elsewhere by its keys than by its node.
     scene.take_pose(0.0)?;
     scene.motion = scene.motion.take().and_then(Motion::simplified);
