@@ -23,6 +23,10 @@ pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
     add("environment", view.environment.as_deref().map(quoted));
     add("camera", view.camera.as_deref().map(quoted));
     add("look-at", view.look_at.as_deref().map(quoted));
+    add(
+        "material-variant",
+        view.load.material_variant.as_deref().map(quoted),
+    );
     add("width", view.width.map(|width| width.to_string()));
     add("height", view.height.map(|height| height.to_string()));
     add(

@@ -137,7 +137,7 @@ pub fn run(args: &Args) -> Result<()> {
         bounces: args.bounces,
         quick: args.quick,
     };
-    conduct(folder, request, shard, args.load, &args.device, None)
+    conduct(folder, request, shard, &args.load, &args.device, None)
 }
 
 /// Renders the part `shard` of the study that `request` describes, and writes its results to `folder`.
@@ -148,7 +148,7 @@ fn conduct(
     folder: &Path,
     request: Request,
     shard: Shard,
-    load: LoadArgs,
+    load: &LoadArgs,
     device: &DeviceArgs,
     merged: Option<&Manifest>,
 ) -> Result<()> {

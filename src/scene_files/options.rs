@@ -1,9 +1,9 @@
-//! The user's permissions for loading a scene: whether image files may be missing, and whether files outside of the scene's
-//! folder may be opened.
+//! The user's choices for loading a scene: whether image files may be missing, whether files outside of the scene's folder may
+//! be opened, and the variant of its materials.
 
-/// The user's permissions for loading a scene from a file. By default nothing is permitted: a missing image file is an
+/// The user's choices for loading a scene from a file. By default nothing is permitted: a missing image file is an
 /// error, and so is a file outside of the scene's folder.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// True: if image files of textures are missing, the scene is loaded without these textures, with a notice. An image
     /// file outside of the scene's folder then counts as missing, unless `allow_outside` is true. False: a missing image
@@ -13,4 +13,8 @@ pub struct Options {
     /// False: such a file is not opened, so that a scene from another person cannot make other files of this machine
     /// visible.
     pub allow_outside: bool,
+    /// The name of the material variant in which the scene is loaded, one of
+    /// [`Scene::material_variants`](crate::scene::Scene::material_variants); another name is an error. `None`: surfaces have
+    /// their default materials.
+    pub material_variant: Option<String>,
 }

@@ -2,6 +2,7 @@
 
 use crate::files::{Folder, Gltf};
 use headwater::scene::Scene;
+use headwater::scene_files::{Options, load_watched};
 use serde_json::{Value, json};
 
 fn load(file: &Gltf) -> Scene {
@@ -158,6 +159,90 @@ fn instances_may_lack_attributes_but_not_elements() {
     file.json["nodes"][0]["name"] = "x".repeat(1 << 16).into();
     let text = Folder::new().refuse("scene.glb", file.glb());
     assert!(text.contains("unfolds to more than"), "{text}");
+}
+
+/// Three triangles: the first has its own material in both variants, the second only in the variant `night`, and the third in
+/// none.
+fn varied() -> Gltf {
+    Gltf::triangle().with(|json| {
+        let names = ["plain", "red", "blue", "black"].map(|name| json!({ "name": name }));
+        json["materials"] = json!(names);
+        let primitive = |mappings: Value| {
+            json!({
+                "attributes": { "POSITION": 0 }, "indices": 2, "material": 0,
+                "extensions": { "KHR_materials_variants": { "mappings": mappings } },
+            })
+        };
+        json["meshes"][0]["primitives"] = json!([
+            primitive(json!([{ "material": 1, "variants": [0] }, { "material": 3, "variants": [2, 1] }])),
+            primitive(json!([{ "material": 2, "variants": [1] }, { "material": 3, "variants": [1] }])),
+            { "attributes": { "POSITION": 0 }, "indices": 2 },
+        ]);
+        json["extensions"] = json!({ "KHR_materials_variants": {
+            "variants": [{ "name": "day" }, { "name": "night" }, { "name": "day" }],
+        } });
+        json["extensionsUsed"] = json!(["KHR_materials_variants"]);
+        json["extensionsRequired"] = json!(["KHR_materials_variants"]);
+    })
+}
+
+fn in_variant(file: &Gltf, variant: Option<&str>) -> headwater::Result<Scene> {
+    let folder = Folder::new();
+    let options = Options {
+        material_variant: variant.map(str::to_owned),
+        ..Options::default()
+    };
+    load_watched(
+        &folder.write("scene.glb", file.glb()),
+        options,
+        &mut |_, _, _| Ok(()),
+    )
+}
+
+#[test]
+fn a_material_variant_can_be_chosen() {
+    let mut hashes = Vec::new();
+    for (variant, expected) in [
+        (None, ["plain", "plain", ""]),
+        (Some("day"), ["red", "plain", ""]),
+        (Some("night"), ["black", "blue", ""]),
+    ] {
+        let scene = in_variant(&varied(), variant).unwrap();
+        assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+        assert_eq!(scene.material_variants, ["day", "night", "day"]);
+        let parts = scene.meshes[0].parts.iter();
+        let names: Vec<&str> = parts
+            .map(|part| scene.materials[part.material as usize].name.as_str())
+            .collect();
+        assert_eq!(names, expected);
+        hashes.push(scene.content_hash());
+    }
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), 3, "each variant is another scene");
+}
+
+#[test]
+fn an_unknown_material_variant_lists_the_known_ones() {
+    let refusal = |file: &Gltf, name: &str| {
+        let error = in_variant(file, Some(name)).unwrap_err();
+        assert_eq!(error.exit_status(), 2);
+        error.to_string()
+    };
+    let text = refusal(&varied(), "dusk");
+    let expected =
+        "there is no material variant \"dusk\"; choose one of \"day\", \"night\", \"day\"";
+    assert!(text.ends_with(expected), "{text}");
+    let text = refusal(&Gltf::triangle(), "dusk");
+    assert!(
+        text.contains("\"dusk\"") && text.contains("the scene has no variants"),
+        "{text}"
+    );
+    let file = varied().with(|json| {
+        json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"][0]
+            ["material"] = 9.into();
+    });
+    assert!(refusal(&file, "day").contains("material 9 is out of range"));
 }
 
 #[test]

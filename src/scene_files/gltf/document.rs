@@ -12,6 +12,7 @@
 //! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
 use super::instancing::Instancing;
+use super::variants::{Mappings, Variants};
 use super::visibility::{Levels, Visibility};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -284,6 +285,8 @@ pub struct NodeLight {
 pub struct DocumentExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub lights: Lights,
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: Variants,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -366,6 +369,15 @@ pub struct Primitive {
     pub mode: Option<u64>,
     #[serde(default)]
     pub targets: Vec<IgnoredAny>,
+    #[serde(default)]
+    pub extensions: PrimitiveExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct PrimitiveExtensions {
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: Mappings,
 }
 
 #[derive(Debug, Default, Deserialize)]

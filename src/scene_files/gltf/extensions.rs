@@ -5,7 +5,7 @@ use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 
 /// The glTF extensions that are supported.
-const SUPPORTED: [&str; 12] = [
+const SUPPORTED: [&str; 13] = [
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_animation_pointer",
@@ -14,6 +14,7 @@ const SUPPORTED: [&str; 12] = [
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",

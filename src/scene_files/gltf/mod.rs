@@ -18,6 +18,7 @@ mod meshes;
 mod nodes;
 mod textures;
 mod unfolding;
+mod variants;
 mod visibility;
 
 use super::progress::Progress;
@@ -41,8 +42,11 @@ pub(super) fn read(
 ) -> Result<Scene> {
     let (json, binary) = buffers::split(bytes)?;
     let mut tally = Tally::default();
-    let document = json::parse(&json, &mut tally)?;
+    let mut document = json::parse(&json, &mut tally)?;
     extensions::check(&document, &mut tally)?;
+    if let Some(name) = &folder.options.material_variant {
+        variants::choose(&mut document, name);
+    }
 
     let placed = nodes::placed(&document, &mut tally)?;
     let buffers = Buffers::load(&document, binary.as_deref(), folder, progress)?;
@@ -61,6 +65,7 @@ pub(super) fn read(
     let mut scene = Scene {
         materials: materials::read(&document.materials, &textures, &mut tally)?,
         images,
+        material_variants: variants::names(&document),
         ..Scene::default()
     };
     let mut meshes = Meshes::new(accessors, &scene.materials);
