@@ -10,7 +10,8 @@ use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 /// materials is shown. By default missing files and files outside are errors, and surfaces have their default materials.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct LoadArgs {
-    /// Load the scene even if image files of textures are missing; its materials then do without these textures
+    /// Load the scene even if image files of textures are missing or damaged; its materials then do without these textures.
+    /// Animations whose buffers are missing are left out too
     #[arg(long)]
     pub allow_missing: bool,
     /// Also open buffers, textures and MTL files outside of the scene's folder if the scene names them

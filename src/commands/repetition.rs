@@ -60,3 +60,32 @@ pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
     }
     command
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        view: ViewArgs,
+    }
+
+    #[test]
+    fn options_of_loading_are_repeated() {
+        let words = [
+            "_",
+            "a.glb",
+            "--allow-missing",
+            "--material-variant",
+            "by night",
+            "--width=9",
+        ];
+        let Line { view } = Line::parse_from(words);
+        assert_eq!(
+            of_view(&view, "--preset fast", None),
+            "headwater render a.glb --preset fast --bounces 5 --material-variant 'by night' --width 9 --allow-missing"
+        );
+    }
+}

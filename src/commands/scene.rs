@@ -42,8 +42,7 @@ pub enum Command {
     Inspect {
         /// The scene: the name of a procedural scene (see 'headwater scene list'), or a file, .gltf, .glb or .obj
         scene: String,
-        /// Options that decide whether a scene may lack image files and may name files outside of its folder, and which
-        /// variant of its materials is shown
+        /// Options for loading the scene: missing files, files outside of its folder, and the variant of its materials
         #[command(flatten)]
         load: LoadArgs,
         /// Print the contents as one JSON object instead of text

@@ -71,7 +71,7 @@ pub struct Args {
     /// merge' joins the folders
     #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
     shard: Option<String>,
-    /// Options that decide whether a scene may lack image files and may name files outside of its folder
+    /// Options for loading the scene: missing files, files outside of its folder, and the variant of its materials
     #[command(flatten)]
     load: LoadArgs,
     /// Light from infinitely far away, for all scenes: an image file, .exr or .hdr, or a sky such as sky:sun=40;

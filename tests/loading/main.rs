@@ -10,6 +10,7 @@ mod gltf_extensions;
 mod images;
 mod lights;
 mod limits;
+mod missing;
 mod obj;
 mod outside;
 mod progress;

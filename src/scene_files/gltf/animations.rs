@@ -57,6 +57,16 @@ pub fn read(
             let sampler = channel
                 .sampler
                 .ok_or_else(|| damaged(format!("{what}: it has no sampler")))?;
+            let keys = get(&animation.samplers, sampler);
+            let missing = keys.and_then(|keys| {
+                let missing = accessors.missing_buffer(keys.input);
+                missing.or_else(|| accessors.missing_buffer(keys.output))
+            });
+            if let Some(fault) = missing {
+                let text = "animations whose buffers are missing are left out";
+                tally.add(text, || format!("{what} ({fault})"));
+                continue;
+            }
             let source = Source {
                 accessors,
                 animation,
@@ -340,6 +350,11 @@ impl Animations {
     /// counts as emitting even if its emission in the file is 0, so that its emissive texture is read.
     pub fn change_emission_of(&self, material: usize) -> bool {
         self.materials.contains_key(&material)
+    }
+
+    /// Drops the keyframes for the emission of the material at the index `material` in the file, so that it emits nothing.
+    pub fn drop_emission_of(&mut self, material: usize) {
+        self.materials.remove(&material);
     }
 
     /// The motion of the scene; `None` if nothing has keyframes. Its nodes are `placed`, the nodes of the scene, followed by

@@ -86,7 +86,14 @@ fn convert(
     let what = label("material", index, &source.name);
     let pbr = &source.pbr_metallic_roughness;
     let specular = &source.extensions.specular;
-    let (color, strength) = emission(source);
+    let (mut color, strength) = emission(source);
+    if textures.has_lost_emission(index) {
+        tally.add(
+            "materials without their emissive texture emit nothing",
+            || what.clone(),
+        );
+        color = DVec3::ZERO;
+    }
     let [
         base_color_texture,
         metallic_roughness_texture,

@@ -50,18 +50,21 @@ pub(super) fn read(
 
     let placed = nodes::placed(&document, &mut tally)?;
     let buffers = Buffers::load(&document, binary.as_deref(), folder, progress)?;
-    let slices = buffers.slices();
+    let contents = buffers.contents();
     let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
     let accessors = Accessors {
         document: &document,
-        buffers: &slices,
+        buffers: &contents,
         unfolding: &unfolding,
     };
-    let animations = animations::read(&accessors, &placed, &mut tally)?;
+    let mut animations = animations::read(&accessors, &placed, &mut tally)?;
     let uses = Uses::of(&document, &placed, |material| {
         animations.change_emission_of(material)
     });
     let (textures, images) = Textures::load(&accessors, &uses, folder, progress, &mut tally)?;
+    for material in (0..document.materials.len()).filter(|i| textures.has_lost_emission(*i)) {
+        animations.drop_emission_of(material);
+    }
     let mut scene = Scene {
         materials: materials::read(&document.materials, &textures, &mut tally)?,
         images,
