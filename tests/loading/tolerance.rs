@@ -120,7 +120,7 @@ fn roots_that_are_children_too_are_shown_once() {
         { "mesh": 0, "translation": [1000, 0, 0] },
     ]);
     let child = "roots of the scene that are children too are shown once, as children";
-    let outside = "roots of the scene are children outside of it, these parents do not move them";
+    let outside = "roots whose parents are outside of the scene are shown without them";
     let twice = "nodes that the scene lists twice are shown once";
     let leaf = "node 2 \"leaf\"";
     for (roots, x, notices) in [

@@ -184,9 +184,7 @@ fn roots(document: &Document, parents: &[Option<usize>], tally: &mut Tally) -> R
         for &root in roots.iter().filter(|&&root| parents[root].is_some()) {
             let text = match is_below[root] {
                 true => "roots of the scene that are children too are shown once, as children",
-                false => {
-                    "roots of the scene are children outside of it, these parents do not move them"
-                }
+                false => "roots whose parents are outside of the scene are shown without them",
             };
             tally.add(text, || label_of(root));
         }

@@ -26,8 +26,8 @@ pub struct Levels {
     pub ids: Vec<u64>,
 }
 
-/// For each node of the document, true if neither the node nor its descendants can be shown, because the node itself is
-/// hidden or is a coarser level of detail of another node. A node below a hidden one is shown by its own entry only.
+/// For each node of the document, true if the node itself is hidden or is a coarser level of detail of another node. Then its
+/// descendants are not shown either, which the caller passes on, because their own entries may be false.
 pub fn hidden(document: &Document) -> Vec<bool> {
     let nodes = &document.nodes;
     let mut hidden: Vec<bool> = (nodes.iter())
