@@ -26,7 +26,7 @@ const MAX_PIXELS: u64 = 1 << 28;
 pub struct ViewArgs {
     /// The scene: the name of a procedural scene (see 'headwater scene list'), or a file, .gltf, .glb or .obj
     pub scene: String,
-    /// Options that decide whether a scene may lack image files and may name files outside of its folder
+    /// Options for loading the scene: missing files, files outside of its folder, and the variant of its materials
     #[command(flatten)]
     pub load: LoadArgs,
     /// Light from infinitely far away, which surrounds the scene: an .exr or .hdr image whose columns are longitudes

@@ -7,24 +7,29 @@ use crate::image::ToneCurve;
 use crate::scene_files::Options;
 use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 
-/// Options that decide whether a scene may lack image files and may name files outside of its folder. By default both are
-/// errors.
-#[derive(Clone, Copy, Debug, Default, clap::Args)]
+/// Options that decide whether a scene may lack image files and may name files outside of its folder, and which variant of its
+/// materials is shown. By default missing files and files outside are errors, and surfaces have their default materials.
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct LoadArgs {
-    /// Load the scene even if image files of textures are missing; its materials then do without these textures
+    /// Load the scene even if image files of textures are missing or damaged; its materials then do without these textures.
+    /// Animations whose buffers are missing are left out too
     #[arg(long)]
     pub allow_missing: bool,
     /// Also open buffers, textures and MTL files outside of the scene's folder if the scene names them
     #[arg(long)]
     pub allow_outside: bool,
+    /// Give surfaces their materials in this variant of the scene; 'headwater scene inspect' lists its variants
+    #[arg(long, value_name = "NAME")]
+    pub material_variant: Option<String>,
 }
 
 impl LoadArgs {
     /// Converts these arguments to the options of the scene loader.
-    pub const fn options(self) -> Options {
+    pub fn options(&self) -> Options {
         Options {
             allow_missing: self.allow_missing,
             allow_outside: self.allow_outside,
+            material_variant: self.material_variant.clone(),
         }
     }
 }

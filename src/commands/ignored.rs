@@ -45,6 +45,7 @@ pub fn note_for_view(view: &ViewArgs) {
         for (option, is_given) in [
             ("--allow-missing", view.load.allow_missing),
             ("--allow-outside", view.load.allow_outside),
+            ("--material-variant", view.load.material_variant.is_some()),
         ] {
             if is_given {
                 notice(&format!(

@@ -23,6 +23,10 @@ pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
     add("environment", view.environment.as_deref().map(quoted));
     add("camera", view.camera.as_deref().map(quoted));
     add("look-at", view.look_at.as_deref().map(quoted));
+    add(
+        "material-variant",
+        view.load.material_variant.as_deref().map(quoted),
+    );
     add("width", view.width.map(|width| width.to_string()));
     add("height", view.height.map(|height| height.to_string()));
     add(
@@ -55,4 +59,33 @@ pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
         }
     }
     command
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        view: ViewArgs,
+    }
+
+    #[test]
+    fn options_of_loading_are_repeated() {
+        let words = [
+            "_",
+            "a.glb",
+            "--allow-missing",
+            "--material-variant",
+            "by night",
+            "--width=9",
+        ];
+        let Line { view } = Line::parse_from(words);
+        assert_eq!(
+            of_view(&view, "--preset fast", None),
+            "headwater render a.glb --preset fast --bounces 5 --material-variant 'by night' --width 9 --allow-missing"
+        );
+    }
 }

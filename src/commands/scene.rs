@@ -42,7 +42,7 @@ pub enum Command {
     Inspect {
         /// The scene: the name of a procedural scene (see 'headwater scene list'), or a file, .gltf, .glb or .obj
         scene: String,
-        /// Options that decide whether a scene may lack image files and may name files outside of its folder
+        /// Options for loading the scene: missing files, files outside of its folder, and the variant of its materials
         #[command(flatten)]
         load: LoadArgs,
         /// Print the contents as one JSON object instead of text
@@ -175,6 +175,7 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
         "meshes": scene.meshes.len(),
         "instances": scene.instances.len(),
         "materials": scene.materials.len(),
+        "material_variants": scene.material_variants,
         "bounds": bounds.map(|b| json!({ "min": b.min.to_array(), "max": b.max.to_array() })),
         "cameras": cameras,
         "motion": scene.motion.as_ref().map(moves),

@@ -23,7 +23,7 @@ pub struct Args {
     /// The scenes for which passes are compiled: procedural scenes by name, or files, .gltf, .glb or .obj [default: every
     /// procedural scene]
     scenes: Vec<String>,
-    /// Options that decide whether a scene may lack image files and may name files outside of its folder
+    /// Options for loading the scene: missing files, files outside of its folder, and the variant of its materials
     #[command(flatten)]
     load: LoadArgs,
     /// The method that traces rays; with auto, the passes are compiled for each method that the device supports

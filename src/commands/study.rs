@@ -71,7 +71,7 @@ pub struct Args {
     /// merge' joins the folders
     #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
     shard: Option<String>,
-    /// Options that decide whether a scene may lack image files and may name files outside of its folder
+    /// Options for loading the scene: missing files, files outside of its folder, and the variant of its materials
     #[command(flatten)]
     load: LoadArgs,
     /// Light from infinitely far away, for all scenes: an image file, .exr or .hdr, or a sky such as sky:sun=40;
@@ -137,7 +137,7 @@ pub fn run(args: &Args) -> Result<()> {
         bounces: args.bounces,
         quick: args.quick,
     };
-    conduct(folder, request, shard, args.load, &args.device, None)
+    conduct(folder, request, shard, &args.load, &args.device, None)
 }
 
 /// Renders the part `shard` of the study that `request` describes, and writes its results to `folder`.
@@ -148,7 +148,7 @@ fn conduct(
     folder: &Path,
     request: Request,
     shard: Shard,
-    load: LoadArgs,
+    load: &LoadArgs,
     device: &DeviceArgs,
     merged: Option<&Manifest>,
 ) -> Result<()> {

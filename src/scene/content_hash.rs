@@ -26,6 +26,7 @@ impl Scene {
             environment,
             cameras,
             motion,
+            material_variants: _,
             notices: _,
         } = self;
         let mut hasher = blake3::Hasher::new();

@@ -39,6 +39,9 @@ pub struct Scene {
     /// The materials, which describe how surfaces reflect, emit and block light. [`Part::material`] is an
     /// index into this array.
     pub materials: Vec<Material>,
+    /// The names of the material variants among which the scene's file offers a choice, in the order of the file. One of them
+    /// can be chosen when the scene is loaded; it decides the materials of [`Mesh::parts`]. Empty if there is no choice.
+    pub material_variants: Vec<String>,
     /// Images of textures. [`Texture::image`] is an index into this array.
     pub images: Vec<Image>,
     /// Meshes with their transforms into the world. A mesh without an instance is not visible.

@@ -1,5 +1,5 @@
-//! Reads the image files of textures. A missing file is an error; if the user permits missing files, it is only a notice,
-//! and the material is rendered without the texture.
+//! Reads the image files of textures. A file that is missing or cannot be read is an error; if the user permits missing files,
+//! it is only a notice, and the material is rendered without the texture.
 
 use super::progress::{Progress, read_file};
 use super::scene_folder::{SceneFile, SceneFolder, unreadable};
@@ -48,4 +48,19 @@ pub(super) fn missing(
     Err(Error::input(format!(
         "{what}: there is no file {file} beside the scene; put it there, or render without it by --allow-missing"
     )))
+}
+
+/// Handles an image that cannot be read or decoded because of `fault`. If the user permits missing files, a notice is added
+/// to `tally`, and the caller continues without the image.
+///
+/// # Errors
+/// The user does not permit missing files, or `fault` is not a fault of the input.
+pub(super) fn leave_out(fault: Error, folder: &SceneFolder<'_>, tally: &mut Tally) -> Result<()> {
+    match fault {
+        Error::Input(fault) if folder.options.allow_missing => {
+            tally.add("images that cannot be read are left out", || fault);
+            Ok(())
+        }
+        other => Err(other),
+    }
 }

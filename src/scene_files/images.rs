@@ -82,14 +82,31 @@ pub(super) fn decode(
     count: &mut TexelCount,
     progress: &mut Progress<'_>,
 ) -> Result<Vec<Image>> {
-    // All sizes first: what is too much must not fill the memory.
-    let sizes: Vec<u64> = (encoded.iter())
-        .map(|image| {
-            let texels = image.guarded(Encoded::texels)?;
-            count.add(texels, || image.label())?;
-            Ok(texels)
-        })
-        .collect::<Result<_>>()?;
+    let images = decode_or_leave_out(encoded, count, progress, &mut Err)?;
+    Ok(images.into_iter().flatten().collect())
+}
+
+/// Decodes images as [`decode`] does, but `leave_out` decides about each image that cannot be decoded. It is called with the
+/// fault; if it returns `Ok`, the result has `None` in the place of the image.
+///
+/// # Errors
+/// The errors that `leave_out` returns, and those of [`decode`] that are not faults of one image.
+pub(super) fn decode_or_leave_out(
+    encoded: &[Encoded<'_>],
+    count: &mut TexelCount,
+    progress: &mut Progress<'_>,
+    leave_out: &mut dyn FnMut(Error) -> Result<()>,
+) -> Result<Vec<Option<Image>>> {
+    // All sizes first: what is too much must not fill the memory. An image that is left out has size 0.
+    let mut sizes: Vec<u64> = Vec::with_capacity(encoded.len());
+    for image in encoded {
+        let texels = image.guarded(Encoded::texels).or_else(|fault| {
+            leave_out(fault)?;
+            Ok(0)
+        })?;
+        count.add(texels, || image.label())?;
+        sizes.push(texels);
+    }
     let texels: u64 = sizes.iter().sum();
     memory::check(BYTES * (texels + 3 * texels.min(TEXELS_AT_ONCE)))
         .map_err(|cause| Error::input(format!("the scene's images: {cause}; scale them")))?;
@@ -98,9 +115,18 @@ pub(super) fn decode(
         progress.pause()?;
         let (_, sizes) = sizes.split_at(images.len());
         let batch = &encoded[images.len()..][..batch_length(sizes)];
-        let decoded = batch.par_iter().map(|image| image.guarded(Encoded::decode));
-        let decoded: Result<Vec<Image>> = decoded.collect();
-        images.extend(decoded?);
+        let decoded: Vec<Option<Result<Image>>> = (batch.par_iter().zip(sizes))
+            .map(|(image, size)| (*size > 0).then(|| image.guarded(Encoded::decode)))
+            .collect();
+        for image in decoded {
+            images.push(match image.transpose() {
+                Ok(image) => image,
+                Err(fault) => {
+                    leave_out(fault)?;
+                    None
+                }
+            });
+        }
     }
     progress.pause()?;
     Ok(images)

@@ -5,6 +5,7 @@ use super::scene_folder::SceneFolder;
 use super::{Options, gltf, obj};
 use crate::base::{input_files, memory};
 use crate::scene::Scene;
+use crate::scene::notices::quoted;
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -32,16 +33,17 @@ pub fn load(path: &Path) -> Result<Scene> {
 }
 
 /// Reads and validates a scene from the file `path`, as [`load`] does. `options` are the user's permissions for missing
-/// image files and for files outside of the scene's folder; `watch` is called with the progress of the loading.
+/// image files and for files outside of the scene's folder, and the material variant; `watch` is called with the progress of the loading.
 ///
 /// # Errors
-/// The errors of [`load`], except those about files that `options` permit; and an error that `watch` returns, which ends the
+/// The errors of [`load`], except those about files that `options` permit; a material variant that the scene does not have;
+/// and an error that `watch` returns, which ends the
 /// loading.
 pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Result<Scene> {
     let extension = path
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase());
-    let folder = SceneFolder::new(path.parent().unwrap_or(Path::new("")), options);
+    let folder = SceneFolder::new(path.parent().unwrap_or(Path::new("")), &options);
     let mut progress = Progress::new(watch);
     let scene = match extension.as_deref() {
         Some("gltf" | "glb") => read_whole(path, &mut progress).and_then(|bytes| {
@@ -65,6 +67,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
     };
     scene
         .and_then(|mut scene| {
+            check_variant(&scene.material_variants, &options)?;
             scene.validate()?;
             Ok(finished(scene, path))
         })
@@ -94,6 +97,31 @@ fn read_whole(path: &Path, progress: &mut Progress<'_>) -> Result<Vec<u8>> {
     }
     input_files::read_length(Watched::new(file, progress), length)
         .map_err(|cause| Error::from_io(cause, unreadable))
+}
+
+/// Fails if the user has chosen a material variant that is not among `names`, the variants of the scene. The error lists them.
+fn check_variant(names: &[String], options: &Options) -> Result<()> {
+    const MAX_NAMES: usize = 16;
+    let Some(wanted) = &options.material_variant else {
+        return Ok(());
+    };
+    if names.contains(wanted) {
+        return Ok(());
+    }
+    let listed: Vec<String> = names
+        .iter()
+        .take(MAX_NAMES)
+        .map(|name| quoted(name))
+        .collect();
+    let more = if names.len() > MAX_NAMES { ", …" } else { "" };
+    let remedy = match names {
+        [] => "leave out --material-variant, the scene has no variants".to_owned(),
+        _ => format!("choose one of {}{more}", listed.join(", ")),
+    };
+    Err(Error::input(format!(
+        "there is no material variant {}; {remedy}",
+        quoted(wanted)
+    )))
 }
 
 fn finished(mut scene: Scene, path: &Path) -> Scene {

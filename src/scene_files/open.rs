@@ -19,13 +19,13 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Opens the scene `name` as [`Self::open`] does, but leaves a scene without light dark. `options` are the user's permissions for missing image files and for
-    /// files outside of the scene's folder; `watch` is called with the progress of the loading. Both have no effect on a
-    /// procedural scene.
+    /// Opens the scene `name` as [`Self::open`] does, but leaves a scene without light dark. `options` are the user's
+    /// permissions for missing image files and for files outside of the scene's folder, and the material variant; `watch` is
+    /// called with the progress of the loading. Both have no effect on a procedural scene.
     ///
     /// # Errors
-    /// The errors of [`Self::open`], except those about files that `options` permit; and an error that `watch` returns,
-    /// which ends the loading.
+    /// The errors of [`Self::open`], except those about files that `options` permit; a material variant that the scene does not
+    /// have; and an error that `watch` returns, which ends the loading.
     pub fn open_watched(name: &str, options: Options, watch: &mut Watch<'_>) -> Result<Self> {
         if let Some((name, parameters)) = as_procedural(name) {
             return procedural::generate(name, &parse_parameters(name, parameters)?);

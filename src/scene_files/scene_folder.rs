@@ -28,7 +28,7 @@ const THROUGH: OFlags = OFlags::DIRECTORY;
 #[derive(Clone, Copy)]
 pub(super) struct SceneFolder<'a> {
     path: &'a Path,
-    pub options: Options,
+    pub options: &'a Options,
 }
 
 /// A plain file that a scene names, opened for reading; a loader reads its content. A folder, a pipe, a socket or a device
@@ -59,7 +59,7 @@ enum Lookup {
 impl<'a> SceneFolder<'a> {
     /// The folder at `path`, which contains the scene's file; an empty path is the current folder. If the scene's file is a
     /// link, `path` must be the folder that contains the link, not that of its target.
-    pub const fn new(path: &'a Path, options: Options) -> Self {
+    pub const fn new(path: &'a Path, options: &'a Options) -> Self {
         Self { path, options }
     }
 
@@ -223,7 +223,8 @@ mod tests {
         std::fs::write(at("inner/a"), "").unwrap();
         std::os::unix::fs::symlink("inner", at("folder")).unwrap();
         std::fs::hard_link(at("inner/a"), at("b")).unwrap();
-        let scene = SceneFolder::new(folder.path(), Options::default());
+        let options = Options::default();
+        let scene = SceneFolder::new(folder.path(), &options);
         let id = |name: &str| scene.open("", &[name.into()]).unwrap().map(|file| file.id);
         for name in ["./inner/a", "folder/a", "inner/../b"] {
             assert_eq!(id(name), id("inner/a"), "{name}");

@@ -429,3 +429,28 @@ mod thorough {
         }
     }
 }
+
+#[test]
+fn material_variants_are_listed_and_chosen_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("shoe.gltf");
+    let variants = serde_json::json!([{ "name": "day" }, { "name": "by night" }]);
+    let document = serde_json::json!({
+        "asset": { "version": "2.0" },
+        "extensionsRequired": ["KHR_materials_variants"],
+        "extensions": { "KHR_materials_variants": { "variants": variants } },
+    });
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let inspect = ["scene", "inspect", text(&scene), "--material-variant"];
+    let listed = run(&[&inspect[..], &["by night", "--json"]].concat());
+    let listed: serde_json::Value = serde_json::from_slice(&listed.stdout).unwrap();
+    assert_eq!(
+        listed["material_variants"],
+        serde_json::json!(["day", "by night"])
+    );
+    let line = fail(&[&inspect[..], &["dusk"]].concat(), 2);
+    assert!(
+        line.contains(r#""dusk"; choose one of "day", "by night""#),
+        "{line}"
+    );
+}

@@ -83,6 +83,41 @@ fn a_node_goes_through_its_keys() {
     assert_eq!(moved(&spline, 1.0), DVec3::new(1.0, 2.0, 3.0) * 0.15625);
 }
 
+/// The part of an animation from time 0 on is right, even if its keys begin earlier or several of them are at one time.
+#[test]
+fn keys_may_be_before_time_0_and_at_one_time() {
+    let at = |x: f32| [x, 0.0, 0.0];
+    let keys = [at(0.0), at(4.0), at(9.0), at(1.0)].concat();
+    let before = "keys before time 0 are shown only at a negative --start-time";
+    let jump = "several keys are at one time, where the value jumps to the last of them";
+    let input = "animations[0].samplers[0].input";
+    let load = |times: &[f32]| load(&animated("translation", "VEC3", "LINEAR", times, &keys));
+
+    let scene = load(&[-3.0, 1.0, 1.0, 2.0]);
+    assert_eq!(
+        scene.notices,
+        [before, jump].map(|text| format!("{text}: {input}"))
+    );
+    assert_eq!(
+        scene.instances[0].object_to_world.translation.x, 3.0,
+        "as at time 0"
+    );
+    for (time, x) in [(0.0, 3.0), (0.5, 3.5), (1.0, 9.0), (1.5, 5.0), (2.0, 1.0)] {
+        assert_eq!(moved(&scene, time).x, x, "{time}");
+    }
+    let scene = load(&[-4.0, -3.0, -2.0, -1.0]);
+    assert_eq!(scene.notices, [format!("{before}: {input}")]);
+    assert_eq!([0.0, 5.0].map(|time| moved(&scene, time).x), [1.0; 2]);
+
+    // A quarter turn around y from −1 s to 1 s.
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let turn = [0.0, 0.0, 0.0, 1.0, 0.0, half, 0.0, half];
+    let scene = self::load(&animated("rotation", "VEC4", "LINEAR", &[-1.0, 1.0], &turn));
+    let x = scene.instances[0].object_to_world.matrix3.x_axis;
+    let expected = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_4) * DVec3::X;
+    assert!((x - expected).length() < 1e-7, "{x}");
+}
+
 #[test]
 fn children_and_cameras_follow_and_their_own_keys_add() {
     let mut file = animated(
@@ -305,11 +340,10 @@ fn bad_keys_are_errors_that_name_them() {
     let output = "animations[0].samplers[0].output: ";
     let channel = "animations[0].channels[0]: ";
     let cases: Vec<(Gltf, String)> = vec![
-        (times(&[1.0, 0.5]), format!("{input}key 1 is at 0.5 s, not after 1 s")),
-        (times(&[1.0, 1.0]), format!("{input}key 1 is at 1 s, not after 1 s")),
+        (times(&[1.0, 0.5]), format!("{input}key 1 is at 0.5 s, before the preceding key, which is at 1 s")),
         (times(&[0.0, f32::NAN]), format!("{input}key 1 is at NaN s")),
         (times(&[0.0, f32::INFINITY]), format!("{input}key 1 is at inf s")),
-        (times(&[-1.0, 0.0]), format!("{input}key 0 is at -1 s")),
+        (times(&[f32::NEG_INFINITY, 0.0]), format!("{input}key 0 is at -inf s")),
         (times(&[]), format!("{input}there are no keys")),
         (times(&[0.0, 1.0, 2.0]), format!("{output}there are 2 values for 3 keys, not 3")),
         (

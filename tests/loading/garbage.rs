@@ -272,7 +272,7 @@ fn numbers_that_are_not_finite() {
 #[test]
 fn transforms_and_hierarchies() {
     type Change = fn(&mut Value);
-    let changes: [(Change, &[&str]); 9] = [
+    let changes: [(Change, &[&str]); 7] = [
         (
             |j| j["nodes"][0]["scale"] = json!([1e300, 1e300, 1]),
             &["\"root\"", "scale the scene"],
@@ -299,14 +299,6 @@ fn transforms_and_hierarchies() {
         (
             |j| j["nodes"] = json!([{ "children": [2] }, { "children": [2] }, {}]),
             &["node 1", "node 2", "also a child of node 0"],
-        ),
-        (
-            |j| j["nodes"][0]["children"] = json!([1]),
-            &["node 1", "child of node 0"],
-        ),
-        (
-            |j| j["scenes"][0]["nodes"] = json!([0, 0]),
-            &["node 0", "listed twice"],
         ),
         (
             |j| {

@@ -7,13 +7,16 @@ mod exr;
 mod files;
 mod garbage;
 mod gltf;
+mod gltf_extensions;
 mod hdr;
 mod images;
 mod lights;
 mod limits;
+mod missing;
 mod obj;
 mod outside;
 mod progress;
 #[path = "../support/mod.rs"]
 mod support;
 mod textures;
+mod tolerance;

@@ -249,7 +249,8 @@ fn images_outside_may_be_left_out_like_missing_ones() {
         ..Options::default()
     };
     for way in ways_out(&folder, "wall.png") {
-        let scene = load_with(&folder, "scene/a.gltf", &with_image(&way), options).expect(&way);
+        let scene =
+            load_with(&folder, "scene/a.gltf", &with_image(&way), options.clone()).expect(&way);
         assert!(scene.images.is_empty());
         assert!(
             scene.notices[0].contains("image files are missing"),

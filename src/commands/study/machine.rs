@@ -24,7 +24,7 @@ pub(super) struct Machine<'a> {
     pub(super) folder: &'a Folder,
     pub(super) instance: &'a Arc<Instance>,
     pub(super) info: &'a DeviceInfo,
-    pub(super) load: LoadArgs,
+    pub(super) load: &'a LoadArgs,
     pub(super) tracer: TracerArg,
 }
 

@@ -139,7 +139,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     drop(folder);
     let request = whole.request.clone();
-    let (load, device) = (args.load, &args.device);
+    let (load, device) = (&args.load, &args.device);
     conduct(
         &args.output,
         request,

@@ -32,6 +32,7 @@ fn scene() -> Scene {
         punctual_lights: vec![],
         environment: None,
         motion: None,
+        material_variants: vec![],
         notices: vec![],
     }
 }
@@ -131,7 +132,8 @@ fn names_do_not_count() {
     other.meshes[0].name.clear();
     other.materials[0].name = "x".into();
     other.instances[0].name.clear();
-    other.cameras[0].name = "c".into();
+    other.notices.push("n".into());
+    other.material_variants.push("v".into());
     other.notices.push("n".into());
     assert_eq!(scene().content_hash(), other.content_hash());
     assert_eq!(scene().content_hash().len(), 64);

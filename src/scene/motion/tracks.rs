@@ -79,14 +79,16 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// Keyframes of one property: values at increasing times, and the interpolation between them. [`Track::at`] computes the
-/// property's value at any time from them.
+/// Keyframes of one property: values at times in ascending order, and the interpolation between them. [`Track::at`] computes
+/// the property's value at any time from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track<T> {
     /// The method by which [`Track::at`] computes values between keys: the earlier key's value, linear, or a
     /// cubic spline.
     pub interpolation: Interpolation,
-    /// The times of the keys in seconds: at least one, finite, not negative, and each later than the one before.
+    /// The times of the keys in seconds: at least one, finite, and each not before the one that precedes it. If several keys
+    /// are at one time, the value jumps there: it approaches the first of them, and the last of them counts from this time
+    /// on. Times may be negative; a picture shows them only if it is rendered at a negative time.
     pub times: Vec<f64>,
     /// The values of the keys, in the order of `times`. Each key has one entry or, with [`Interpolation::CubicSpline`],
     /// three: the incoming tangent, the value, the outgoing tangent. Tangents are changes of the value per second.
@@ -120,26 +122,26 @@ impl<T: Keyed> Track<T> {
         self.values.iter().skip(first).step_by(stride).copied()
     }
 
-    /// Checks that the track has keys, that their times increase from at least 0, and that the values are valid and fit the
-    /// keys. The other methods rely on these rules, so a scene that breaks them is refused.
+    /// Checks that the track has keys, that their times never decrease, and that the values are valid and fit the keys. The
+    /// other methods rely on these rules, so a scene that breaks them is refused.
     ///
     /// # Errors
-    /// The first fault: no keys, a time that is not finite, negative or not after the one before, a wrong number of values,
-    /// a value that is not a valid key, or a tangent that is not finite.
+    /// The first fault: no keys, a time that is not finite or is before the one that precedes it, a wrong number of values, a
+    /// value that is not a valid key, or a tangent that is not finite.
     pub fn check(&self) -> Result<(), TrackFault> {
         let times = |text: String| Err(TrackFault::Times(text));
         let values = |text: String| Err(TrackFault::Values(text));
         if self.times.is_empty() {
             return times("there are no keys".into());
         }
-        if let Some(i) = self.times.iter().position(|t| !t.is_finite() || *t < 0.0) {
+        if let Some(i) = self.times.iter().position(|t| !t.is_finite()) {
             let time = self.times[i];
-            return times(format!("key {i} is at {time} s; it must be finite, from 0"));
+            return times(format!("key {i} is at {time} s; it must be finite"));
         }
-        if let Some(i) = self.times.windows(2).position(|pair| pair[0] >= pair[1]) {
+        if let Some(i) = self.times.windows(2).position(|pair| pair[0] > pair[1]) {
             let (time, before) = (self.times[i + 1], self.times[i]);
             return times(format!(
-                "key {} is at {time} s, not after {before} s where the key before it is",
+                "key {} is at {time} s, before the preceding key, which is at {before} s",
                 i + 1
             ));
         }
@@ -279,6 +281,30 @@ mod tests {
     }
 
     #[test]
+    fn several_keys_at_one_time_are_a_jump() {
+        let times = [-2.0, 1.0, 1.0, 1.0, 2.0, 2.0];
+        let values = vec![0.0, 3.0, 90.0, 5.0, 6.0, 7.0];
+        let line = track(Interpolation::Linear, &times, values.clone());
+        assert_eq!(line.check(), Ok(()));
+        for (time, value) in [(0.0, 2.0), (0.5, 2.5), (1.0, 5.0), (1.5, 5.5), (2.0, 7.0)] {
+            assert_eq!(line.at(time), value, "{time}");
+        }
+        let step = track(Interpolation::Step, &times, values);
+        for (time, value) in [(0.0, 0.0), (0.9, 0.0), (1.0, 5.0), (1.9, 5.0), (2.0, 7.0)] {
+            assert_eq!(step.at(time), value, "{time}");
+        }
+        let values = [0.0, 3.0, 5.0, 4.0].map(|value| [0.0, value, 0.0]);
+        let spline = track(
+            Interpolation::CubicSpline,
+            &[0.0, 1.0, 1.0, 2.0],
+            values.concat(),
+        );
+        for (time, value) in [(0.5, 1.5), (1.0, 5.0), (1.5, 4.5), (2.0, 4.0)] {
+            assert_eq!(spline.at(time), value, "{time}");
+        }
+    }
+
+    #[test]
     fn splines_reproduce_the_cubic_they_were_taken_from() {
         let f = |t: f64| DVec3::new(t * t * t - 2.0 * t, 1.0 - t * t, 3.0 * t);
         let slope = |t: f64| DVec3::new(3.0 * t * t - 2.0, -2.0 * t, 3.0);
@@ -358,10 +384,9 @@ mod tests {
             check(&[0.0, f64::NAN], vec![1.0; 2]),
             "times key 1 is at NaN",
         );
-        expect(check(&[-1.0, 2.0], vec![1.0; 2]), "times key 0 is at -1");
         expect(
-            check(&[0.0, 2.0, 2.0], vec![1.0; 3]),
-            "times key 2 is at 2 s, not after 2 s",
+            check(&[0.0, 2.0, 1.0], vec![1.0; 3]),
+            "times key 2 is at 1 s, before the preceding key, which is at 2 s",
         );
         expect(
             check(&[0.0, 2.0], vec![1.0; 3]),

@@ -2,6 +2,7 @@
 //! that cannot overflow, before its first byte is read. The number of elements that a file states may be wrong, so it is
 //! checked before memory for that number is allocated.
 
+use super::buffers::Content;
 use super::damaged;
 use super::document::{Accessor, Document};
 use super::unfolding::Unfolding;
@@ -22,7 +23,7 @@ const MAX_ZEROS: u64 = 1 << 20;
 #[derive(Clone, Copy)]
 pub struct Accessors<'a> {
     pub document: &'a Document,
-    pub buffers: &'a [&'a [u8]],
+    pub buffers: &'a [Content<'a>],
     /// The memory that elements may still take when they are copied from the file's buffers, in bytes. Each read of elements
     /// subtracts what they take, and fails if too little is left. Thus a small file whose elements share bytes cannot fill
     /// the memory.
@@ -309,6 +310,14 @@ impl<'a> Accessors<'a> {
         })
     }
 
+    /// The message that the file of a buffer is missing, if the accessor with the index `accessor` reads from this buffer.
+    /// `None` if the buffer is there, and also if the accessor is wrong, which its reader reports.
+    pub fn missing_buffer(&self, accessor: Option<u64>) -> Option<&'a str> {
+        let accessor = get(&self.document.accessors, accessor?)?;
+        let view = get(&self.document.buffer_views, accessor.buffer_view?)?;
+        get(self.buffers, view.buffer)?.err()
+    }
+
     /// The bytes of the buffer view at the index `view` in the file, from which elements or an encoded image
     /// are read. `what` is the element that uses the view, for messages. Fails if the view or its buffer does
     /// not exist, or if the view extends beyond its buffer.
@@ -327,6 +336,7 @@ impl<'a> Accessors<'a> {
                 self.buffers.len()
             )));
         };
+        let buffer = buffer.map_err(Error::input)?;
         let end = u128::from(found.byte_offset) + u128::from(found.byte_length);
         if end > buffer.len() as u128 {
             return Err(damaged(format!(

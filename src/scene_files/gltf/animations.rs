@@ -13,7 +13,7 @@ use crate::scene::motion::{AnimatedTransform, Emission, Motion, Node, Transform}
 use crate::scene::notices::{Tally, quoted};
 use crate::scene::validate::BRIGHTEST;
 use crate::{Error, Result};
-use glam::{DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 use std::collections::BTreeMap;
 
 /// The keyframes of all animated properties of the file, from which [`Animations::motion`] makes the motion of the scene.
@@ -57,6 +57,16 @@ pub fn read(
             let sampler = channel
                 .sampler
                 .ok_or_else(|| damaged(format!("{what}: it has no sampler")))?;
+            let keys = get(&animation.samplers, sampler);
+            let missing = keys.and_then(|keys| {
+                let missing = accessors.missing_buffer(keys.input);
+                missing.or_else(|| accessors.missing_buffer(keys.output))
+            });
+            if let Some(fault) = missing {
+                let text = "animations whose buffers are missing are left out";
+                tally.add(text, || format!("{what} ({fault})"));
+                continue;
+            }
             let source = Source {
                 accessors,
                 animation,
@@ -153,8 +163,14 @@ struct Source<'a> {
 impl Source<'_> {
     /// Reads and checks the keyframes of the sampler; their times are in seconds. `kind` is the glTF type of
     /// a value and its number of components, such as `VEC3` and 3. `make` makes one value of the track from
-    /// this many numbers. Fails if an index, a type, a time or a value is wrong.
-    fn track<T: Keyed>(&self, kind: (&str, usize), make: impl Fn(&[f64]) -> T) -> Result<Track<T>> {
+    /// this many numbers. Keys before time 0 and several keys at one time are kept, with notices in `tally`. Fails if an
+    /// index, a type, a time or a value is wrong.
+    fn track<T: Keyed>(
+        &self,
+        kind: (&str, usize),
+        make: impl Fn(&[f64]) -> T,
+        tally: &mut Tally,
+    ) -> Result<Track<T>> {
         let samplers = &self.animation.samplers;
         let Some(sampler) = get(samplers, self.sampler) else {
             let (what, count) = (self.channel, samplers.len());
@@ -193,6 +209,14 @@ impl Source<'_> {
             TrackFault::Times(fault) => Error::input(format!("{times}: {fault}; {correct}")),
             TrackFault::Values(fault) => Error::input(format!("{values}: {fault}; {correct}")),
         })?;
+        if track.times[0] < 0.0 {
+            let text = "keys before time 0 are shown only at a negative --start-time";
+            tally.add(text, || times.clone());
+        }
+        if track.times.windows(2).any(|pair| pair[0] == pair[1]) {
+            let text = "several keys are at one time, where the value jumps to the last of them";
+            tally.add(text, || times.clone());
+        }
         Ok(track)
     }
 
@@ -237,7 +261,7 @@ impl Animations {
         // A node's keys are checked even if the scene does not show it.
         match target {
             Target::Translation(node) | Target::Scale(node) => {
-                let track = source.track(("VEC3", 3), DVec3::from_slice)?;
+                let track = source.track(("VEC3", 3), DVec3::from_slice, tally)?;
                 let Some(moving) = self.moving(source, node, in_scene)? else {
                     return Ok(());
                 };
@@ -250,7 +274,7 @@ impl Animations {
                 }
             }
             Target::Rotation(node) => {
-                let mut track = source.track(("VEC4", 4), DQuat::from_slice)?;
+                let mut track = source.track(("VEC4", 4), DQuat::from_slice, tally)?;
                 // Keys from integers are unit only nearly; slopes have no length to keep.
                 let stride = track.values.len() / track.times.len();
                 let keys = track.values.iter_mut().skip(stride / 2).step_by(stride);
@@ -265,7 +289,7 @@ impl Animations {
             Target::EmissiveFactor(material) | Target::EmissiveStrength(material)
                 if source.accessors.document.materials[material].is_unlit() => {}
             Target::EmissiveFactor(material) => {
-                let track = source.track(("VEC3", 3), DVec3::from_slice)?;
+                let track = source.track(("VEC3", 3), DVec3::from_slice, tally)?;
                 source.check_emission(&track, |v| [v.min_element(), v.max_element()])?;
                 let emission = self.emission(source, material);
                 if !taken(tally, emission.color.track.is_some()) {
@@ -273,7 +297,7 @@ impl Animations {
                 }
             }
             Target::EmissiveStrength(material) => {
-                let track = source.track(("SCALAR", 1), |v| v[0])?;
+                let track = source.track(("SCALAR", 1), |v| v[0], tally)?;
                 source.check_emission(&track, |v| [v, v])?;
                 let emission = self.emission(source, material);
                 if !taken(tally, emission.strength.track.is_some()) {
@@ -328,11 +352,18 @@ impl Animations {
         self.materials.contains_key(&material)
     }
 
-    /// The motion of the scene; `None` if nothing has keyframes. `placed` are the nodes of the scene. `instances`, `cameras`
-    /// and `lights` have one entry for each instance, camera and light of the scene: the index of its node in `placed`.
+    /// Drops the keyframes for the emission of the material at the index `material` in the file, so that it emits nothing.
+    pub fn drop_emission_of(&mut self, material: usize) {
+        self.materials.remove(&material);
+    }
+
+    /// The motion of the scene; `None` if nothing has keyframes. Its nodes are `placed`, the nodes of the scene, followed by
+    /// `copies`: each copy of a mesh has the index of its node in `placed` and its transform to this node. `instances`,
+    /// `cameras` and `lights` have one entry for each instance, camera and light of the scene: the index of its node.
     pub fn motion(
         mut self,
         placed: &[Placed<'_>],
+        copies: &[(u32, DAffine3)],
         instances: Vec<Option<u32>>,
         cameras: Vec<Option<u32>>,
         lights: Vec<Option<u32>>,
@@ -347,8 +378,12 @@ impl Animations {
                 None => Transform::Fixed(placed_node.in_parent),
             },
         });
+        let copies = copies.iter().map(|(node, in_node)| Node {
+            parent: Some(*node),
+            transform: Transform::Fixed(*in_node),
+        });
         Some(Motion {
-            nodes: nodes.collect(),
+            nodes: nodes.chain(copies).collect(),
             instances,
             cameras,
             lights,

@@ -4,7 +4,7 @@ use super::damaged;
 use super::document::Document;
 use crate::scene::notices::quoted;
 use crate::scene_files::progress::{Progress, read_file};
-use crate::scene_files::scene_folder::{SceneFile, SceneFolder};
+use crate::scene_files::scene_folder::SceneFolder;
 use crate::{Error, Result};
 use base64::Engine;
 use base64::alphabet;
@@ -83,14 +83,22 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// One entry per buffer, in the order of the document: the index in `copies` of the buffer's bytes (`None` if they are
-    /// in the binary chunk), then the length of the buffer in bytes.
-    sources: Vec<(Option<usize>, usize)>,
+    /// One entry per buffer, in the order of the document.
+    sources: Vec<Source>,
 }
+
+/// The index of a buffer's bytes in [`Buffers::copies`] (`None` if they are in the binary chunk), and the length of the buffer
+/// in bytes. An error is the message that the buffer's file is missing.
+type Source = std::result::Result<(Option<usize>, usize), String>;
+
+/// The bytes of a buffer. An error is the message that its file is missing; whoever needs the bytes decides whether the scene
+/// can do without them.
+pub type Content<'a> = std::result::Result<&'a [u8], &'a str>;
 
 impl<'a> Buffers<'a> {
     /// Reads all buffers of a document. Their bytes are in the binary chunk (`binary`), in data URIs, or in files in
-    /// `folder`. Fails if the bytes of a buffer are missing, damaged, or fewer than the document states, or if `progress`
+    /// `folder`. If the user permits missing files, a missing buffer is an error only when its bytes are used. Fails if the
+    /// bytes of a buffer are missing without this permission, damaged, or fewer than the document states, or if `progress`
     /// ends the loading.
     pub fn load(
         document: &Document,
@@ -127,7 +135,18 @@ impl<'a> Buffers<'a> {
                         })?)
                     }
                     None => {
-                        let file = open(&what, uri, folder)?;
+                        let name = file_name(&what, uri)?;
+                        let Some(file) = folder.open(&what, &[PathBuf::from(&*name)])? else {
+                            let fault = format!(
+                                "{what}: there is no file {} where the scene expects it; put it there",
+                                quoted(&name)
+                            );
+                            if !folder.options.allow_missing {
+                                return Err(Error::input(fault));
+                            }
+                            buffers.sources.push(Err(fault));
+                            continue;
+                        };
                         match known.entry(file.id) {
                             Entry::Occupied(copy) => *copy.get(),
                             Entry::Vacant(copy) => {
@@ -148,7 +167,8 @@ impl<'a> Buffers<'a> {
                     buffer.byte_length
                 )));
             }
-            buffers.sources.push((source, buffer.byte_length as usize));
+            let length = buffer.byte_length as usize;
+            buffers.sources.push(Ok((source, length)));
         }
         Ok(buffers)
     }
@@ -162,11 +182,15 @@ impl<'a> Buffers<'a> {
         source.map_or(self.binary, |copy| &self.copies[copy])
     }
 
-    /// The bytes of each buffer, in the order of the document; accessors read from them. Further bytes of the file or chunk,
+    /// The content of each buffer, in the order of the document; accessors read from it. Further bytes of the file or chunk,
     /// beyond the length of the buffer in the document, are left out.
-    pub fn slices(&self) -> Vec<&[u8]> {
-        let slice = |(source, length): &(Option<usize>, usize)| &self.bytes(*source)[..*length];
-        self.sources.iter().map(slice).collect()
+    pub fn contents(&self) -> Vec<Content<'_>> {
+        (self.sources.iter())
+            .map(|source| match source {
+                Ok((copy, length)) => Ok(&self.bytes(*copy)[..*length]),
+                Err(fault) => Err(fault.as_str()),
+            })
+            .collect()
     }
 
     /// The total size of the binary chunk and of all copied buffers, in bytes. The limit on the memory that the scene may
@@ -175,18 +199,6 @@ impl<'a> Buffers<'a> {
         let copies = self.copies.iter().map(Vec::len).sum::<usize>();
         (self.binary.len() + copies) as u64
     }
-}
-
-/// Opens the file that `uri` names, for a buffer. `what` names the buffer in messages. Fails if the file does not exist, or
-/// if it is outside of the scene's folder and the user does not permit such files.
-fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
-    let name = file_name(what, uri)?;
-    folder.open(what, &[PathBuf::from(&*name)])?.ok_or_else(|| {
-        Error::input(format!(
-            "{what}: there is no file {} where the scene expects it; put it there",
-            quoted(&name)
-        ))
-    })
 }
 
 /// The path of the file that a URI names, with its percent codes decoded; the caller opens this file. The
@@ -211,11 +223,16 @@ pub fn file_name<'a>(what: &str, uri: &'a str) -> Result<Cow<'a, str>> {
 }
 
 /// The bytes that a data URI contains: the content of a buffer or an encoded image. `data` is the text of the
-/// URI after `data:`, such as `[type];base64,…`. `None` if the text is not valid base64.
+/// URI after `data:`, such as `[type];base64,…`. Line breaks and blanks in the base64 text are ignored. `None` if the text is
+/// not valid base64.
 pub fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, content) = data.split_once(',')?;
-    kind.ends_with(";base64").then_some(())?;
-    BASE64.decode(&*decode_percent(content)?).ok()
+    kind.trim_end().ends_with(";base64").then_some(())?;
+    let mut content = decode_percent(content)?;
+    if content.contains(|c: char| c.is_ascii_whitespace()) {
+        content.to_mut().retain(|c| !c.is_ascii_whitespace());
+    }
+    BASE64.decode(&*content).ok()
 }
 
 /// Decodes the percent codes of a text, such as `%20`. `None` if a percent sign is not followed by two hexadecimal digits,
@@ -263,6 +280,10 @@ mod tests {
             decode_data_uri(";base64,Zg%3D%3D").as_deref(),
             Some(&b"f"[..])
         );
+        for spaced in ["Zm 9v", "Zm9v\n", "\r\nZm\t9v", "Zm%0D%0A9v"] {
+            let decoded = decode_data_uri(&format!(";base64,{spaced}"));
+            assert_eq!(decoded.as_deref(), Some(&b"foo"[..]), "{spaced:?}");
+        }
         for wrong in ["text/plain,foo", ";base64", "", ",", ";base64,%"] {
             assert_eq!(decode_data_uri(wrong), None, "{wrong}");
         }

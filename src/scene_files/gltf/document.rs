@@ -11,6 +11,9 @@
 //!   interpolations, alpha modes, and the path `pointer` of an animation, which Headwater supports;
 //! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
+use super::instancing::Instancing;
+use super::variants::{Mappings, Variants};
+use super::visibility::{Levels, Visibility};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -276,6 +279,12 @@ pub struct Node {
 pub struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<NodeLight>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Instancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub visibility: Visibility,
+    #[serde(rename = "MSFT_lod")]
+    pub levels: Levels,
 }
 
 #[derive(Debug, Deserialize)]
@@ -288,6 +297,8 @@ pub struct NodeLight {
 pub struct DocumentExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub lights: Lights,
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: Variants,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -370,6 +381,15 @@ pub struct Primitive {
     pub mode: Option<u64>,
     #[serde(default)]
     pub targets: Vec<IgnoredAny>,
+    #[serde(default)]
+    pub extensions: PrimitiveExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct PrimitiveExtensions {
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: Mappings,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -34,6 +34,7 @@ impl Uses {
         // Each mesh once, in however many places it stands.
         let meshes: BTreeSet<u64> = placed
             .iter()
+            .filter(|placed_node| placed_node.is_shown)
             .filter_map(|placed_node| placed_node.node.mesh)
             .collect();
         // What is out of range is named when meshes are read.
@@ -85,7 +86,14 @@ fn convert(
     let what = label("material", index, &source.name);
     let pbr = &source.pbr_metallic_roughness;
     let specular = &source.extensions.specular;
-    let (color, strength) = emission(source);
+    let (mut color, strength) = emission(source);
+    if textures.has_lost_emission(index) {
+        tally.add(
+            "materials without their emissive texture emit nothing",
+            || what.clone(),
+        );
+        color = DVec3::ZERO;
+    }
     let [
         base_color_texture,
         metallic_roughness_texture,

@@ -2,8 +2,8 @@
 //! in f64.
 
 use super::accessors::get;
-use super::damaged;
 use super::document::{Camera as FileCamera, Document, Node};
+use super::{damaged, visibility};
 use crate::scene::Camera;
 use crate::scene::camera::rigid;
 use crate::scene::notices::{Tally, label};
@@ -21,6 +21,9 @@ pub struct Placed<'a> {
     pub parent: Option<u32>,
     pub in_parent: DAffine3,
     pub to_world: DAffine3,
+    /// True if the node's mesh and light are shown; false if the node or an ancestor is hidden, or is a coarser level of
+    /// detail of another node. The node's camera can be used in both cases.
+    pub is_shown: bool,
 }
 
 impl Placed<'_> {
@@ -56,18 +59,20 @@ fn rest(node: &Node) -> (DVec3, DQuat, DVec3) {
 }
 
 /// All nodes of the default scene, depth first: each node comes after its parent, and the children of a node
-/// are in the order of the file. Instances, cameras, lights and motion are made from this list. Fails if the
-/// nodes do not form trees, an index is out of range, or a transform is wrong.
-pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
+/// are in the order of the file. Instances, cameras, lights and motion are made from this list. Roots that are
+/// children too are shown once, with a notice in `tally`. Fails if the nodes do not form trees, an index is out
+/// of range, or a transform is wrong.
+pub fn placed<'a>(document: &'a Document, tally: &mut Tally) -> Result<Vec<Placed<'a>>> {
     let parents = parents(document)?;
-    let mut waiting: Vec<(usize, Option<u32>, DAffine3)> = roots(document, &parents)?
+    let hidden = visibility::hidden(document);
+    let mut waiting: Vec<(usize, Option<u32>, DAffine3, bool)> = roots(document, &parents, tally)?
         .into_iter()
-        .map(|root| (root, None, DAffine3::IDENTITY))
+        .map(|root| (root, None, DAffine3::IDENTITY, true))
         .collect();
     waiting.reverse();
     let mut placed: Vec<Placed<'_>> = Vec::new();
-    // Every node has one parent and no root has any, so this comes to each node at most once.
-    while let Some((index, parent, parent_to_world)) = waiting.pop() {
+    // Every node has at most one parent and no root is below another, so this comes to each node at most once.
+    while let Some((index, parent, parent_to_world, parent_is_shown)) = waiting.pop() {
         let node = &document.nodes[index];
         let what = || label("node", index, &node.name);
         let in_parent = local_transform(node, what)?;
@@ -80,13 +85,15 @@ pub fn placed(document: &Document) -> Result<Vec<Placed<'_>>> {
         }
         let children = node.children.iter().rev();
         let own = Some(placed.len() as u32);
-        waiting.extend(children.map(|&child| (child as usize, own, to_world)));
+        let is_shown = parent_is_shown && !hidden[index];
+        waiting.extend(children.map(|&child| (child as usize, own, to_world, is_shown)));
         placed.push(Placed {
             index,
             node,
             parent,
             in_parent,
             to_world,
+            is_shown,
         });
     }
     Ok(placed)
@@ -137,9 +144,9 @@ fn parents(document: &Document) -> Result<Vec<Option<usize>>> {
 
 /// The indices of the root nodes of the default scene, at which the traversal of its trees starts. If the
 /// file names no default scene, its first scene is used; if it has no scenes, the roots are all nodes without
-/// a parent. Fails if the index of the scene or of a root is out of range, or if a root is a child of another
-/// node or is listed twice.
-fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
+/// a parent. A root that is listed twice, or that is a descendant of another root, is shown once, with a notice
+/// in `tally`. Fails if the index of the scene or of a root is out of range.
+fn roots(document: &Document, parents: &[Option<usize>], tally: &mut Tally) -> Result<Vec<usize>> {
     let chosen = document.scene.unwrap_or(0);
     let Some(scene) = get(&document.scenes, chosen) else {
         if document.scene.is_some() {
@@ -152,22 +159,60 @@ fn roots(document: &Document, parents: &[Option<usize>]) -> Result<Vec<usize>> {
             .filter(|&index| parents[index].is_none())
             .collect());
     };
-    let mut seen = vec![false; parents.len()];
+    let label_of = |index: usize| label("node", index, &document.nodes[index].name);
+    let mut roots = Vec::with_capacity(scene.nodes.len());
+    let mut is_listed = vec![false; parents.len()];
     for &root in &scene.nodes {
-        let wrong = |fault: String| Err(damaged(format!("scene {chosen}: node {root} {fault}")));
-        let index = usize::try_from(root).unwrap_or(usize::MAX);
-        match parents.get(index) {
-            None => {
-                return wrong(format!("is out of range, there are {}", parents.len()));
-            }
-            Some(Some(parent)) => {
-                return wrong(format!("is a root and also a child of node {parent}"));
-            }
-            Some(None) if seen[index] => return wrong("is listed twice".into()),
-            Some(None) => seen[index] = true,
+        let index = usize::try_from(root)
+            .ok()
+            .filter(|index| *index < parents.len());
+        let Some(index) = index else {
+            return Err(damaged(format!(
+                "scene {chosen}: node {root} is out of range, there are {}",
+                parents.len()
+            )));
+        };
+        if std::mem::replace(&mut is_listed[index], true) {
+            let text = "nodes that the scene lists twice are shown once";
+            tally.add(text, || label_of(index));
+        } else {
+            roots.push(index);
         }
     }
-    Ok(scene.nodes.iter().map(|&root| root as usize).collect())
+    if roots.iter().any(|&root| parents[root].is_some()) {
+        let is_below = descendants(document, &roots);
+        for &root in roots.iter().filter(|&&root| parents[root].is_some()) {
+            let text = match is_below[root] {
+                true => "roots of the scene that are children too are shown once, as children",
+                false => "roots whose parents are outside of the scene are shown without them",
+            };
+            tally.add(text, || label_of(root));
+        }
+        roots.retain(|&root| !is_below[root]);
+    }
+    Ok(roots)
+}
+
+/// For each node of the document, true if it is below one of `roots`. The nodes must form trees.
+fn descendants(document: &Document, roots: &[usize]) -> Vec<bool> {
+    let mut is_below = vec![false; document.nodes.len()];
+    let mut waiting = roots.to_vec();
+    while let Some(index) = waiting.pop() {
+        for &child in &document.nodes[index].children {
+            // What is below a node that was met before has been met too, or will be.
+            if !std::mem::replace(&mut is_below[child as usize], true) {
+                waiting.push(child as usize);
+            }
+        }
+    }
+    is_below
+}
+
+/// True if a quaternion states a rotation: its length is finite and clearly above 0. It need not be 1, because the caller
+/// scales the quaternion to unit length.
+pub fn is_rotation(quaternion: DQuat) -> bool {
+    let length = quaternion.length();
+    length > 1e-6 && length.is_finite()
 }
 
 fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
@@ -179,8 +224,10 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
         }
         return Ok(DAffine3::from_mat4(matrix));
     }
-    let length = node.rotation.map_or(1.0, |q| DQuat::from_array(q).length());
-    if !(length > 1e-6 && length.is_finite()) {
+    if node
+        .rotation
+        .is_some_and(|q| !is_rotation(DQuat::from_array(q)))
+    {
         return wrong("its rotation is not a unit quaternion; correct it in the modelling tool");
     }
     let (scale, rotation, translation) = rest(node);

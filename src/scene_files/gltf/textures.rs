@@ -22,9 +22,54 @@ pub struct Textures<'a> {
     document: &'a Document,
     uses: &'a Uses,
     /// One entry for each image of the glTF file, in the file's order: the index of its decoded image among the images of
-    /// the scene. `None` if no material of the scene's faces needs the image, or if the image's file is missing; materials
-    /// are then made without the textures that use the image.
+    /// the scene. `None` if no material of the scene's faces needs the image, or if the image was left out; materials are
+    /// then made without the textures that use the image.
     images: Vec<Option<u32>>,
+}
+
+/// The images whose bytes are being read, before they are decoded together.
+struct Reading<'a, 'b> {
+    accessors: &'b Accessors<'a>,
+    folder: &'b SceneFolder<'b>,
+    encoded: Vec<images::Encoded<'a>>,
+    /// The sources of the images in `encoded`, each with its index there.
+    known: HashMap<Identity<'a>, u32>,
+}
+
+impl Reading<'_, '_> {
+    /// Reads the bytes of the image with the index `index` in the file, unless another image has the same source. Returns the
+    /// index of the bytes in `encoded`; `None`, with a notice in `tally`, if the image's file is missing and the user permits
+    /// this. Fails if the image cannot be read.
+    fn read(
+        &mut self,
+        index: usize,
+        progress: &mut Progress<'_>,
+        tally: &mut Tally,
+    ) -> Result<Option<u32>> {
+        let image = &self.accessors.document.images[index];
+        let what = label("image", index, &image.name);
+        let uri = image.uri.as_deref().unwrap_or_default();
+        let Some(source) = Source::of(&what, image, self.folder)? else {
+            image_files::missing(&what, uri, self.folder, tally)?;
+            return Ok(None);
+        };
+        let identity = source.identity();
+        if let Some(known) = self.known.get(&identity) {
+            return Ok(Some(*known));
+        }
+        let name = match &source {
+            Source::File(_) => uri,
+            _ => &image.name,
+        };
+        let encoded = self.encoded.len() as u32;
+        self.encoded.push(images::Encoded {
+            bytes: source.read(&what, self.accessors, progress)?,
+            name: name.to_owned(),
+            what,
+        });
+        self.known.insert(identity, encoded);
+        Ok(Some(encoded))
+    }
 }
 
 /// The source of the encoded bytes of an image (PNG, JPEG or WebP): a file, a data URI or a buffer view. The
@@ -49,11 +94,12 @@ enum Identity<'a> {
 
 impl<'a> Textures<'a> {
     /// Loads the images that the materials of the scene's faces need. `uses` states which materials these are, and which of
-    /// them emit light. Returns the textures, and the decoded images, which become the images of the scene.
+    /// them emit light. Returns the textures, and the decoded images, which become the images of the scene. If the user
+    /// permits missing files, images that are missing or damaged are left out, with notices in `tally`.
     ///
     /// # Errors
-    /// An index is out of range; an image cannot be read or decoded, or is missing although the user does not permit it; the
-    /// images have too many texels or need more memory than there is; or the callback of `progress` returns an error.
+    /// An image is missing or cannot be read although the user does not permit it; the images have too many texels or need
+    /// more memory than there is; or the callback of `progress` returns an error.
     pub fn load(
         accessors: &Accessors<'a>,
         uses: &'a Uses,
@@ -67,9 +113,13 @@ impl<'a> Textures<'a> {
             uses,
             images: vec![None; document.images.len()],
         };
-        let mut encoded = Vec::new();
-        let mut known: HashMap<Identity<'_>, u32> = HashMap::new();
-        let mut missing = vec![false; document.images.len()];
+        let mut reading = Reading {
+            accessors,
+            folder,
+            encoded: Vec::new(),
+            known: HashMap::new(),
+        };
+        let mut is_read = vec![false; document.images.len()];
         for (index, material) in document.materials.iter().enumerate() {
             if !uses.has_faces[index] {
                 continue;
@@ -77,44 +127,38 @@ impl<'a> Textures<'a> {
             let what = label("material", index, &material.name);
             for (kind, info) in slots(material, uses.emits[index]) {
                 let Some(info) = info else { continue };
-                let index = textures.image_of(&format!("{kind} of {what}"), info.index)?;
-                if textures.images[index].is_some() || missing[index] {
-                    continue;
-                }
-                let image = &document.images[index];
-                let what = label("image", index, &image.name);
-                let Some(source) = Source::of(&what, image, folder)? else {
-                    let name = image.uri.as_deref().unwrap_or_default();
-                    image_files::missing(&what, name, folder, tally)?;
-                    missing[index] = true;
-                    continue;
+                let read = match textures.image_of(&format!("{kind} of {what}"), info.index) {
+                    Ok(index) if std::mem::replace(&mut is_read[index], true) => continue,
+                    Ok(index) => (reading.read(index, progress, tally))
+                        .map(|encoded| textures.images[index] = encoded),
+                    Err(fault) => Err(fault),
                 };
-                let identity = source.identity();
-                if let Some(known) = known.get(&identity) {
-                    textures.images[index] = Some(*known);
-                    continue;
-                }
-                let name = match &source {
-                    Source::File(_) => image.uri.as_deref().unwrap_or_default(),
-                    _ => &image.name,
-                };
-                let own = encoded.len() as u32;
-                encoded.push(images::Encoded {
-                    bytes: source.read(&what, accessors, progress)?,
-                    name: name.to_owned(),
-                    what,
-                });
-                known.insert(identity, own);
-                textures.images[index] = Some(own);
+                read.or_else(|fault| image_files::leave_out(fault, folder, tally))?;
             }
         }
-        let images = images::decode(&encoded, &mut images::TexelCount::default(), progress)?;
+        let mut leave_out = |fault| image_files::leave_out(fault, folder, tally);
+        let mut images = Vec::new();
+        let decoded: Vec<Option<u32>> = images::decode_or_leave_out(
+            &reading.encoded,
+            &mut images::TexelCount::default(),
+            progress,
+            &mut leave_out,
+        )?
+        .into_iter()
+        .map(|image| {
+            images.push(image?);
+            Some(images.len() as u32 - 1)
+        })
+        .collect();
+        for image in &mut textures.images {
+            *image = image.and_then(|encoded| decoded[encoded as usize]);
+        }
         Ok((textures, images))
     }
 
     /// The textures of one material for base colour, metallic-roughness, normal and emission, in this order; `index` is the
     /// material's index in the glTF file. An element is `None` if the material has no such texture or no faces, if the
-    /// texture would have no effect, or if its image is missing. Fails if an index, a wrap mode or the set of texture
+    /// texture would have no effect, or if its image was left out. Fails if an index, a wrap mode or the set of texture
     /// coordinates is wrong; `what` is the name of the material in the error.
     pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
         if !self.uses.has_faces[index] {
@@ -126,11 +170,27 @@ impl<'a> Textures<'a> {
         Ok([base_color?, surface?, normal?, emissive?])
     }
 
+    /// True if the emissive texture of the material with the index `index` in the file was left out. The material must then
+    /// emit nothing, because the factor alone would make all of its surface shine.
+    pub fn has_lost_emission(&self, index: usize) -> bool {
+        let [.., (_, emissive)] = slots(&self.document.materials[index], self.uses.emits[index]);
+        let is_lost = |info: &TextureInfo| {
+            let image = self.image_of("", info.index);
+            image.map_or(true, |image| self.images[image].is_none())
+        };
+        self.uses.has_faces[index] && emissive.as_ref().is_some_and(is_lost)
+    }
+
     fn texture(&self, what: &str, info: &Option<TextureInfo>) -> Result<Option<Texture>> {
         let Some(info) = info else {
             return Ok(None);
         };
-        let Some(image) = self.images[self.image_of(what, info.index)?] else {
+        // A texture without an image was an error, or was left out, when the images were loaded.
+        let Some(image) = self
+            .image_of(what, info.index)
+            .ok()
+            .and_then(|i| self.images[i])
+        else {
             return Ok(None);
         };
         let placed = info.extensions.transform.clone().unwrap_or_default();

@@ -99,6 +99,7 @@ impl Folder {
         let options = Options {
             allow_missing: bits & 1 == 1,
             allow_outside: bits & 2 == 2,
+            ..Options::default()
         };
         self.open(&self.write(name, bytes), options);
     }

@@ -1,0 +1,44 @@
+//! Finds the nodes of a glTF file that are not shown: hidden nodes (`KHR_node_visibility`), and coarser levels of detail
+//! (`MSFT_lod`).
+
+use super::document::Document;
+use serde::Deserialize;
+
+/// The extension `KHR_node_visibility` of a node.
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+pub struct Visibility {
+    /// False if meshes and lights of the node and of its descendants are not shown. Cameras are not affected.
+    pub visible: bool,
+}
+
+impl Default for Visibility {
+    fn default() -> Self {
+        Self { visible: true }
+    }
+}
+
+/// The extension `MSFT_lod` of a node, which is itself the finest level of detail.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Levels {
+    /// The indices of the nodes that a program may show in place of this node, where it is small in the picture.
+    pub ids: Vec<u64>,
+}
+
+/// For each node of the document, true if the node itself is hidden or is a coarser level of detail of another node. Then its
+/// descendants are not shown either, which the caller passes on, because their own entries may be false.
+pub fn hidden(document: &Document) -> Vec<bool> {
+    let nodes = &document.nodes;
+    let mut hidden: Vec<bool> = (nodes.iter())
+        .map(|node| !node.extensions.visibility.visible)
+        .collect();
+    for &coarse in nodes.iter().flat_map(|node| &node.extensions.levels.ids) {
+        // An index out of range names nothing that could be shown.
+        let coarse = usize::try_from(coarse).ok();
+        if let Some(hidden) = coarse.and_then(|index| hidden.get_mut(index)) {
+            *hidden = true;
+        }
+    }
+    hidden
+}
