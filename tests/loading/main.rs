@@ -3,6 +3,7 @@
 
 mod animations;
 mod environments;
+mod file_names;
 mod files;
 mod garbage;
 mod gltf;

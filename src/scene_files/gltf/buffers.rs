@@ -2,7 +2,7 @@
 
 use super::damaged;
 use super::document::Document;
-use crate::scene::notices::quoted;
+use crate::scene::notices::{Tally, quoted};
 use crate::scene_files::progress::{Progress, read_file};
 use crate::scene_files::scene_folder::{SceneFile, SceneFolder};
 use crate::{Error, Result};
@@ -97,6 +97,7 @@ impl<'a> Buffers<'a> {
         binary: Option<&'a [u8]>,
         folder: &SceneFolder<'_>,
         progress: &mut Progress<'_>,
+        tally: &mut Tally,
     ) -> Result<Self> {
         // A file is read as far as the longest of the buffers that it may be.
         let files = document
@@ -127,7 +128,7 @@ impl<'a> Buffers<'a> {
                         })?)
                     }
                     None => {
-                        let file = open(&what, uri, folder)?;
+                        let file = open(&what, uri, folder, tally)?;
                         match known.entry(file.id) {
                             Entry::Occupied(copy) => *copy.get(),
                             Entry::Vacant(copy) => {
@@ -179,12 +180,15 @@ impl<'a> Buffers<'a> {
 
 /// Opens the file that `uri` names, for a buffer. `what` names the buffer in messages. Fails if the file does not exist, or
 /// if it is outside of the scene's folder and the user does not permit such files.
-fn open(what: &str, uri: &str, folder: &SceneFolder<'_>) -> Result<SceneFile> {
+fn open(what: &str, uri: &str, folder: &SceneFolder<'_>, tally: &mut Tally) -> Result<SceneFile> {
     let name = file_name(what, uri)?;
-    folder.open(what, &[PathBuf::from(&*name)])?.ok_or_else(|| {
+    let path = PathBuf::from(&*name);
+    let found = folder.open(what, std::slice::from_ref(&path), tally)?;
+    found.ok_or_else(|| {
         Error::input(format!(
-            "{what}: there is no file {} where the scene expects it; put it there",
-            quoted(&name)
+            "{what}: there is no file {} where the scene expects it{}; put it there",
+            quoted(&name),
+            folder.hint(&path)
         ))
     })
 }

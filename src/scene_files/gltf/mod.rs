@@ -78,7 +78,7 @@ pub(super) fn read(
     notice_ignored(&document, &mut tally);
 
     let placed = nodes::placed(&document)?;
-    let buffers = Buffers::load(&document, binary.as_deref(), folder, progress)?;
+    let buffers = Buffers::load(&document, binary.as_deref(), folder, progress, &mut tally)?;
     let slices = buffers.slices();
     let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
     let accessors = Accessors {

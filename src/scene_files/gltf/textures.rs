@@ -83,7 +83,7 @@ impl<'a> Textures<'a> {
                 }
                 let image = &document.images[index];
                 let what = label("image", index, &image.name);
-                let Some(source) = Source::of(&what, image, folder)? else {
+                let Some(source) = Source::of(&what, image, folder, tally)? else {
                     let name = image.uri.as_deref().unwrap_or_default();
                     image_files::missing(&what, name, folder, tally)?;
                     missing[index] = true;
@@ -241,13 +241,18 @@ impl<'a> Source<'a> {
     /// missing, or is outside of the scene's folder while the user permits missing files. Fails if the image
     /// has no source, if its URI does not name a local file, or if the file cannot be opened or is outside of
     /// the scene's folder without a permission. `what` is the image's name in messages.
-    fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
+    fn of(
+        what: &str,
+        image: &'a FileImage,
+        folder: &SceneFolder<'_>,
+        tally: &mut Tally,
+    ) -> Result<Option<Self>> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
                 Some(data) => Ok(Some(Self::Uri(data))),
                 None => {
                     let name = buffers::file_name(what, uri)?;
-                    let found = folder.open_dispensable(what, &[PathBuf::from(&*name)])?;
+                    let found = folder.open_dispensable(what, &[PathBuf::from(&*name)], tally)?;
                     Ok(found.map(Self::File))
                 }
             },

@@ -42,7 +42,8 @@ impl Reader<'_> {
             if is_one || !self.library(line, name)? {
                 self.tally
                     .add("MTL files that cannot be read are left out", || {
-                        format!("{}: {}", line.location(), quoted(name))
+                        let hint = self.folder.hint(Path::new(name));
+                        format!("{}: {}{hint}", line.location(), quoted(name))
                     });
             }
         }
@@ -63,10 +64,11 @@ impl Reader<'_> {
         }
     }
 
-    fn open_library(&self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
-        let open = |name: &str| {
+    fn open_library(&mut self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
+        let mut open = |name: &str| {
             let what = format!("mtllib in {}", line.location());
-            self.folder.open_dispensable(&what, &[name.into()])
+            self.folder
+                .open_dispensable(&what, &[name.into()], &mut self.tally)
         };
         let found = open(name)?;
         // One after the other: what is inside with backslashes may be outside with slashes.

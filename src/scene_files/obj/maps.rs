@@ -119,7 +119,7 @@ impl<'a> Files<'a> {
             }
             let what = what(map);
             let name = map.files[1].to_string_lossy();
-            let image = match folder.open_dispensable(&what, &map.files)? {
+            let image = match folder.open_dispensable(&what, &map.files, tally)? {
                 None => {
                     image_files::missing(&what, &name, folder, tally)?;
                     None
