@@ -10,7 +10,8 @@ use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 /// errors.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct LoadArgs {
-    /// Load the scene even if image files of textures are missing; its materials then do without these textures
+    /// Load the scene even if image files of textures are missing; its materials then do without these textures. Textures and
+    /// MTL files outside of the scene's folder then count as missing
     #[arg(long)]
     pub allow_missing: bool,
     /// Also open buffers, textures and MTL files outside of the scene's folder if the scene names them

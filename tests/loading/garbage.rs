@@ -401,7 +401,6 @@ fn broken_obj_files() {
         ("v 0 0 x", "\"x\" is not a finite number"),
         ("\n\nv 0 nan 0", "line 3, \"v\": \"nan\""),
         ("v 0 1e99 0", "\"1e99\""),
-        ("v 0 0 0\nf 1 1", "line 2, \"f\": a face needs three"),
         ("v 0 0 0\nf 1 1 2", "vertex 2 is out of range"),
         ("v 0 0 0\nf 1 1 0", "vertex 0 is out of range"),
         ("v 0 0 0\nf 1 1 -2", "vertex -2 is out of range"),
@@ -420,9 +419,7 @@ fn broken_obj_files() {
         ("newmtl a\nKd 1 2", "line 2, \"Kd\""),
         ("newmtl a\nKd", "line 2, \"Kd\""),
         ("newmtl a\nKd x y z", "\"x\" is not a finite number"),
-        ("newmtl a\n\nKe -1 0 0", "line 3, \"Ke\": emission"),
         ("newmtl a\nKe nan", "\"nan\""),
-        ("newmtl a\nPr 2", "2 is not within 0 and 1"),
         ("newmtl a\nPm", "a number is needed"),
         ("newmtl a\nd x", "\"x\""),
     ] {

@@ -11,6 +11,8 @@ mod images;
 mod lights;
 mod limits;
 mod obj;
+mod obj_materials;
+mod obj_text;
 mod outside;
 mod progress;
 #[path = "../support/mod.rs"]

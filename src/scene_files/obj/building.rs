@@ -20,6 +20,13 @@ pub struct Corner {
     pub coordinates: u32,
 }
 
+/// The attributes of the vertices of the whole file, into which corners have indices.
+#[derive(Default)]
+pub struct Attributes {
+    pub normals: Vec<Vec3>,
+    pub coordinates: Vec<Vec2>,
+}
+
 /// The mesh that is built from the faces since the last `o` or `g` statement, or since the start of the file. The next such
 /// statement, or the end of the file, adds the mesh to the scene.
 #[derive(Default)]
@@ -27,33 +34,28 @@ pub struct Building {
     pub mesh: Mesh,
     /// Maps each corner that occurred so far to the index of its vertex in the mesh, so that equal corners share a vertex.
     vertices: HashMap<Corner, u32>,
-    pub has_normals: bool,
+    /// True if some corner has a normal of the file.
+    pub has_stated_normals: bool,
     pub has_coordinates: bool,
 }
 
 impl Building {
     /// Returns the index, in the mesh, of the vertex of a corner. If no equal corner was used before, a new vertex is added.
-    /// `position` is the corner's position relative to the mesh's origin; `normals` and `coordinates` are all normals and
-    /// texture coordinates of the file, into which the corner has indices.
-    pub fn vertex(
-        &mut self,
-        corner: Corner,
-        position: Vec3,
-        normals: &[Vec3],
-        coordinates: &[Vec2],
-    ) -> u32 {
+    /// `position` is the corner's position relative to the mesh's origin.
+    pub fn vertex(&mut self, corner: Corner, position: Vec3, attributes: &Attributes) -> u32 {
         let mesh = &mut self.mesh;
         *self.vertices.entry(corner).or_insert_with(|| {
-            if let Some(at) = coordinates.get(corner.coordinates as usize) {
-                mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
+            let vertex = mesh.positions.len();
+            if let Some(at) = attributes.coordinates.get(corner.coordinates as usize) {
+                mesh.uvs[0].resize(vertex, Vec2::ZERO);
                 // In OBJ, v points up.
                 mesh.uvs[0].push(Vec2::new(at.x, 1.0 - at.y));
             }
             mesh.positions.push(position);
             // A normal of zero length is a missing one: validation makes it geometric.
-            let normal = normals.get(corner.normal as usize).copied();
+            let normal = attributes.normals.get(corner.normal as usize).copied();
             mesh.normals.push(normal.unwrap_or(Vec3::ZERO));
-            mesh.positions.len() as u32 - 1
+            vertex as u32
         })
     }
 

@@ -1,0 +1,94 @@
+//! Makes images of a scene from several images of MTL textures, which state roughness and metalness, or colour and opacity,
+//! in files of their own.
+
+use crate::base::memory;
+use crate::scene::texture::{Image, Texture, Wrap, linear};
+use crate::scene_files::images::BYTES;
+use crate::{Error, Result};
+use glam::Vec2;
+use std::borrow::Cow;
+
+/// Makes an image with roughness in the green channel and metalness in the blue one, as glTF stores them. Their values are
+/// read from the red channels of the images `roughness` and `metallic`. Without one of them, its channel is 255, so that only
+/// the material's factor counts. The new image has the size and the name of the image with more texels.
+pub fn surface(roughness: Option<&Image>, metallic: Option<&Image>) -> Result<Image> {
+    let larger = [roughness, metallic].into_iter().flatten();
+    let Some(like) = larger.max_by_key(|image| image.texels.len()) else {
+        return Err(Error::input(
+            "a texture of roughness or metalness is needed",
+        ));
+    };
+    let [roughness, metallic] = [roughness, metallic].map(|image| Some(resized(image?, like)));
+    let [roughness, metallic] = [roughness.transpose()?, metallic.transpose()?];
+    let red = |image: &Option<Cow<'_, Image>>, i: usize| {
+        image.as_ref().map_or(255, |image| image.texels[i][0])
+    };
+    let texel = |i| [255, red(&roughness, i), red(&metallic, i), 255];
+    Ok(Image {
+        texels: (0..like.texels.len()).map(texel).collect(),
+        ..like.clone()
+    })
+}
+
+/// Makes an image with the colours of `color`, or white for `None`, and with the opacity of `opacity` as alpha. It has the
+/// size and the name of `color`, or of `opacity` without a colour.
+pub fn with_opacity(color: Option<&Image>, opacity: &Image) -> Result<Image> {
+    let like = color.unwrap_or(opacity);
+    let alpha = match has_alpha(opacity) {
+        true => 3,
+        false => 0,
+    };
+    let opacity = resized(opacity, like)?;
+    let texel = |i: usize| {
+        let [r, g, b, _] = color.map_or([255; 4], |color| color.texels[i]);
+        [r, g, b, opacity.texels[i][alpha]]
+    };
+    Ok(Image {
+        texels: (0..like.texels.len()).map(texel).collect(),
+        ..like.clone()
+    })
+}
+
+/// True if some texel of the image is not opaque.
+pub fn has_alpha(image: &Image) -> bool {
+    image.texels.iter().any(|texel| texel[3] != 255)
+}
+
+/// True if the image is a normal map in tangent space, and not a height map: if three quarters of its texels are not grey and
+/// are vectors of nearly unit length that point away from the surface.
+pub fn is_normal_map(image: &Image) -> bool {
+    let is_normal = |texel: &[u8; 4]| {
+        let [r, g, b, _] = *texel;
+        let normal = linear(*texel).truncate() * 2.0 - 1.0;
+        let is_grey = r.abs_diff(g).max(g.abs_diff(b)) <= 4;
+        !is_grey && normal.z >= 0.0 && (0.8..=1.2).contains(&normal.length())
+    };
+    let normals = image.texels.iter().filter(|texel| is_normal(texel)).count();
+    4 * normals >= 3 * image.texels.len()
+}
+
+/// The image with the size of `like`, by interpolation between its texels. Fails if there is not enough memory.
+fn resized<'a>(image: &'a Image, like: &Image) -> Result<Cow<'a, Image>> {
+    let size = |image: &Image| (image.width, image.height);
+    if size(image) == size(like) {
+        return Ok(Cow::Borrowed(image));
+    }
+    memory::check(BYTES * like.texels.len() as u64)
+        .map_err(|cause| Error::input(format!("image {:?}: {cause}; scale it", image.name)))?;
+    let whole = Texture {
+        wrap: [Wrap::Clamp; 2],
+        ..Texture::plain(0)
+    };
+    let texel = |i: usize| {
+        let (x, y) = (i as u32 % like.width, i as u32 / like.width);
+        let center = Vec2::new(x as f32, y as f32) + 0.5;
+        let uv = center / Vec2::new(like.width as f32, like.height as f32);
+        let value = whole.at(image, uv, linear) * 255.0;
+        value.to_array().map(|channel| channel.round() as u8)
+    };
+    Ok(Cow::Owned(Image {
+        texels: (0..like.texels.len()).map(texel).collect(),
+        name: image.name.clone(),
+        ..like.clone()
+    }))
+}
