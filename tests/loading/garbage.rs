@@ -506,7 +506,8 @@ fn mutated_files_never_panic() {
 
     let text = "mtllib mutated.obj\no a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv .2 .1 0\nv 0 1 0\n\
                 vn 0 0 1\nvt 0 0\nusemtl x\nf 1/1/1 2/1/1 3/1/1 4/1/1 -1\nnewmtl x\nKd 1 1 1\n\
-                Ke 0 0 1\nPr .5\ng b\nf 1 2 3\nf -1 -2 -3\n";
+                Ke 0 0 1\nPr .5\ng b\nf 1 2 3\nf -1 -2 -3\nv 1 1 1 .5 0 1\ns 1\nf 1 2 3 4\nf 2 3 6\ns off\n\
+                usemtl X\nf 4 5 6\nnewmtl y\nd .5\nTr 1\nmap_Bump -bm 1 lost.png -s 2\nmap_Kd -q 1\nPs 1\n";
     let (good, bad) = fuzz("mutated.obj", text.as_bytes(), 2000);
     assert!(good > 100 && bad > 100, "{good} load, {bad} do not");
 }

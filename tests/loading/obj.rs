@@ -186,18 +186,6 @@ fn normals_of_some_corners_stay_with_them() {
 }
 
 #[test]
-fn colours_of_some_vertices_change_no_position() {
-    let text = "v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0 0 1\nv 0 1 0\nf 2 3 4\nf 1 2 4\n";
-    let coloured = Folder::new().load("scene.obj", text);
-    assert_eq!(
-        coloured.notices[0],
-        "vertex colours are ignored: 2 times, first line 1"
-    );
-    let plain = load("f 2 3 4\nf 1 2 4\n");
-    assert_eq!(coloured.content_hash(), plain.content_hash());
-}
-
-#[test]
 fn latin_1_is_read_where_a_line_is_no_utf_8() {
     let folder = Folder::new();
     // Two names that differ only in such a letter, in files of different encodings.

@@ -17,6 +17,7 @@
 //! into triangles, concave ones too. Free-form curves and surfaces are skipped.
 
 mod building;
+mod colors;
 mod combine;
 mod ignored;
 mod libraries;
@@ -24,6 +25,7 @@ mod lines;
 mod map_statements;
 mod maps;
 mod mtl;
+mod smoothing;
 
 use super::polygon::triangulate;
 use super::progress::{Progress, Watched};
@@ -33,11 +35,12 @@ use crate::scene::notices::{Tally, quoted};
 use crate::scene::{Bounds, Instance, Material, Scene};
 use crate::{Error, Result};
 use building::{Attributes, Building, Corner, MISSING, join_parts};
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use ignored::Ignored;
 use libraries::{MaterialNames, Named};
 use lines::{Line, Lines};
 use mtl::Maps;
+use smoothing::{SMOOTH, Smoothing};
 use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
@@ -131,6 +134,7 @@ struct Reader<'a> {
     /// positions first, the next mesh keeps the last origin.
     centered: usize,
     attributes: Attributes,
+    smoothing: Smoothing,
     scene: Scene,
     /// The textures that MTL files state for the materials of the scene: one entry for each material, in the same order.
     /// Their images are loaded after the whole OBJ file is read.
@@ -169,6 +173,7 @@ impl<'a> Reader<'a> {
             center: DVec3::ZERO,
             centered: 0,
             attributes: Attributes::default(),
+            smoothing: Smoothing::default(),
             scene: Scene::default(),
             maps: Vec::new(),
             materials: MaterialNames::default(),
@@ -218,8 +223,9 @@ impl<'a> Reader<'a> {
         match line.keyword {
             "v" => {
                 self.positions.push(line.numbers()?.into());
-                if line.words().count() >= 6 {
-                    let what = "vertex colours are ignored";
+                let colors = &mut self.attributes.colors;
+                if !colors.read(line, self.positions.len() - 1) {
+                    let what = "words behind the position of a vertex are ignored";
                     self.ignored.tally.add(what, || line.location());
                 }
             }
@@ -247,6 +253,12 @@ impl<'a> Reader<'a> {
             }
             "usemtl" => self.use_material(line)?,
             "mtllib" => self.material_library(line)?,
+            "s" => {
+                if !self.smoothing.begin_group(line.rest) {
+                    let what = "smoothing groups that are no numbers are flat";
+                    self.ignored.tally.add(what, || line.location());
+                }
+            }
             "usemap" => {
                 let what = "textures by usemap are ignored";
                 self.ignored.tally.add(what, || line.location());
@@ -261,7 +273,7 @@ impl<'a> Reader<'a> {
                 .add("free-form curves and surfaces are skipped", || {
                     line.location()
                 }),
-            "vp" | "s" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
+            "vp" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
             | "scrv" | "sp" | "end" | "con" | "bevel" | "c_interp" | "d_interp" | "lod"
             | "shadow_obj" | "trace_obj" | "ctech" | "stech" | "maplib" => {}
             _ => return Ok(false),
@@ -293,7 +305,11 @@ impl<'a> Reader<'a> {
                 "" => Ok(MISSING),
                 _ => index(line, kind, word, count),
             };
-            let normal = or_missing("normal", normal, self.attributes.normals.len())?;
+            let normal = match or_missing("normal", normal, self.attributes.normals.len())? {
+                MISSING => self.smoothing.normal_at(position),
+                SMOOTH.. => return Err(line.wrong("it has a normal beyond 31 bits")),
+                normal => normal,
+            };
             let all = &self.attributes.coordinates;
             let coordinates = match textured {
                 true => or_missing("texture coordinate", coordinates, all.len())?,
@@ -334,7 +350,8 @@ impl<'a> Reader<'a> {
         if vertices.max(mesh.mesh.triangles.len() + corners.len()) >= u32::MAX as usize {
             return Err(line.wrong("the object has more than 2³² vertices; split it"));
         }
-        mesh.has_stated_normals |= corners.iter().any(|corner| corner.normal != MISSING);
+        mesh.has_stated_normals |= corners.iter().any(|corner| corner.normal < SMOOTH);
+        self.smoothing.add_face(corners, points);
         mesh.has_coordinates |= textured;
         triangulate(points, |triangle| {
             let triangle = triangle.map(|i| mesh.vertex(corners[i], points[i], attributes));
@@ -399,12 +416,17 @@ impl<'a> Reader<'a> {
         if mesh.triangles.is_empty() {
             return;
         }
-        if !building.has_stated_normals {
+        if !building.has_stated_normals && building.smooth.is_empty() {
             mesh.normals = Vec::new();
         }
         if building.has_coordinates {
             mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
         }
+        if !mesh.colors.is_empty() {
+            mesh.colors.resize(mesh.positions.len(), Vec4::NAN);
+        }
+        self.smoothing
+            .finish_mesh(self.scene.meshes.len(), &mut building);
         join_parts(&mut mesh);
         self.scene.instances.push(Instance {
             name: mesh.name.clone(),
@@ -416,6 +438,8 @@ impl<'a> Reader<'a> {
 
     fn finish(mut self) -> Untextured {
         self.finish_mesh();
+        self.finish_colors();
+        self.smoothing.finish(&mut self.scene);
         if self.grey.is_some() {
             self.ignored
                 .tally
