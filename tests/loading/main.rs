@@ -13,6 +13,7 @@ mod limits;
 mod obj;
 mod obj_materials;
 mod obj_text;
+mod obj_tobj;
 mod obj_vertices;
 mod outside;
 mod progress;
