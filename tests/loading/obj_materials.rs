@@ -307,7 +307,8 @@ fn normal_maps_are_used_and_height_maps_are_not() {
         ),
         (
             "map_bump heights.tga",
-            "textures of map_Bump that cannot be read are left out: \"heights.tga\" (texture in line 2 of its MTL file)",
+            "images that cannot be read are left out: texture in line 2 of its MTL file (\"heights.tga\"): \
+             is neither PNG, JPEG nor WebP; convert it to one of them",
         ),
     ] {
         let scene = load(&folder, statements);
@@ -399,6 +400,31 @@ fn a_lost_image_of_emission_emits_nothing() {
             assert_eq!(black, expected);
         }
     }
+}
+
+#[test]
+fn a_damaged_image_may_be_left_out() {
+    let folder = folder();
+    std::fs::write(folder.path("damaged.png"), "no image").unwrap();
+    let mtl = "map_Bump damaged.png\nmap_Kd damaged.png\nmap_Ke damaged.png\nmap_Pr grey.png";
+    let line = folder.refuse("scene.obj", text(&folder, mtl));
+    assert!(line.contains("\"damaged.png\""), "{line}");
+    let scene = load_without_files(&folder, mtl);
+    let material = &scene.materials[0];
+    assert_eq!(
+        (material.base_color, material.emission),
+        (Vec3::ONE, Vec3::ZERO)
+    );
+    assert!(material.base_color_texture.is_none() && material.emissive_texture.is_none());
+    assert!(material.metallic_roughness_texture.is_some() && scene.images.len() == 1);
+    let notices = [
+        "images that cannot be read",
+        "materials without their image of emission",
+    ];
+    for (notice, start) in scene.notices.iter().zip(notices) {
+        assert!(notice.starts_with(start), "{notice}");
+    }
+    assert_eq!(scene.notices.len(), 2, "{:?}", scene.notices);
 }
 
 #[test]

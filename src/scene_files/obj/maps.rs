@@ -14,7 +14,6 @@ use crate::scene_files::scene_folder::SceneFolder;
 use crate::scene_files::{image_files, images};
 use crate::{Error, Result};
 use glam::{Affine2, Mat2, Vec2, Vec3};
-use image::ImageFormat;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
@@ -233,9 +232,17 @@ fn check(count: &mut TexelCount, map: &Map, sources: &[Option<&Image>]) -> Resul
 /// Each file is read once, however many textures name it.
 struct Files<'a> {
     /// Maps the possible paths of a texture's file ([`Map::files`]) to the index of its image in `images`. `None`, or no
-    /// entry, if the file is missing and the scene can do without it; the material then gets no such texture.
+    /// entry, if the file is missing or cannot be read and the scene can do without it; the material then gets no such
+    /// texture.
     image_of: HashMap<&'a [PathBuf], Option<usize>>,
     images: Vec<Image>,
+}
+
+/// An image file that is not decoded yet.
+struct ImageFile<'a> {
+    encoded: Encoded<'a>,
+    /// True if it is an error that the image cannot be decoded.
+    is_needed: bool,
 }
 
 impl<'a> Files<'a> {
@@ -248,18 +255,26 @@ impl<'a> Files<'a> {
     ) -> Result<Self> {
         let mut image_of = HashMap::new();
         let mut known: HashMap<(u64, u64), usize> = HashMap::new();
-        let mut encoded = Vec::new();
+        let mut files: Vec<ImageFile<'_>> = Vec::new();
         let maps = materials.flat_map(|maps| maps.all().map(move |map| (map, maps.is_bump(map))));
         for (map, is_bump) in maps {
-            if image_of.contains_key(&map.files[..]) {
+            let is_needed = !is_bump && !folder.options.allow_missing;
+            if let Some(known) = image_of.get(&map.files[..]) {
+                if let Some(image) = *known {
+                    let file: &mut ImageFile<'_> = &mut files[image];
+                    file.is_needed |= is_needed;
+                }
                 continue;
             }
             let (what, name) = (what(map), map.name());
-            let left_out = "textures of map_Bump that cannot be read are left out";
             let file = match folder.open_dispensable(&what, &map.files, tally) {
                 // Most are height maps, which have no effect.
                 Ok(None) | Err(_) if is_bump => {
-                    tally.add(left_out, || format!("{} ({what})", quoted(&name)));
+                    let what = || format!("{} ({what})", quoted(&name));
+                    tally.add(
+                        "textures of map_Bump that cannot be read are left out",
+                        what,
+                    );
                     continue;
                 }
                 file => file?,
@@ -272,22 +287,32 @@ impl<'a> Files<'a> {
             let image = match known.entry(file.id) {
                 Entry::Occupied(image) => *image.get(),
                 Entry::Vacant(image) => {
-                    let bytes = image_files::read(&what, file, progress)?;
-                    if is_bump && !is_supported(&bytes) {
-                        tally.add(left_out, || format!("{} ({what})", quoted(&name)));
-                        continue;
-                    }
-                    encoded.push(Encoded {
-                        bytes: bytes.into(),
+                    let encoded = Encoded {
+                        bytes: image_files::read(&what, file, progress)?.into(),
                         name,
                         what,
+                    };
+                    files.push(ImageFile {
+                        encoded,
+                        is_needed: false,
                     });
-                    *image.insert(encoded.len() - 1)
+                    *image.insert(files.len() - 1)
                 }
             };
+            files[image].is_needed |= is_needed;
             image_of.insert(&map.files[..], Some(image));
         }
-        let images = images::decode(&encoded, count, progress)?;
+        let mut images = Vec::new();
+        let index_of: Vec<Option<usize>> = decode(files, count, progress, tally)?
+            .into_iter()
+            .map(|image| {
+                images.push(image?);
+                Some(images.len() - 1)
+            })
+            .collect();
+        for image in image_of.values_mut() {
+            *image = image.and_then(|image| index_of[image]);
+        }
         Ok(Self { image_of, images })
     }
 
@@ -299,12 +324,34 @@ impl<'a> Files<'a> {
     }
 }
 
-/// True if the content of an image file has a format that can be decoded.
-fn is_supported(bytes: &[u8]) -> bool {
-    matches!(
-        image::guess_format(bytes),
-        Ok(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)
-    )
+/// Decodes image files, and returns the images in the order of `files`. An image that is not needed and cannot be decoded is
+/// `None`, with a notice in `tally`. `count` is the number of texels of the scene's images so far.
+fn decode(
+    files: Vec<ImageFile<'_>>,
+    count: &mut TexelCount,
+    progress: &mut Progress<'_>,
+    tally: &mut Tally,
+) -> Result<Vec<Option<Image>>> {
+    let mut images = vec![None; files.len()];
+    let (needed, others): (Vec<_>, Vec<_>) =
+        (files.into_iter().enumerate()).partition(|(_, file)| file.is_needed);
+    let (indices, needed): (Vec<usize>, Vec<Encoded<'_>>) = (needed.into_iter())
+        .map(|(index, file)| (index, file.encoded))
+        .unzip();
+    let decoded = images::decode(&needed, count, progress)?;
+    for (index, image) in indices.into_iter().zip(decoded) {
+        images[index] = Some(image);
+    }
+    for (index, file) in others {
+        match images::decode(std::slice::from_ref(&file.encoded), count, progress) {
+            Ok(mut image) => images[index] = image.pop(),
+            Err(Error::Input(fault)) => {
+                tally.add("images that cannot be read are left out", || fault)
+            }
+            Err(other) => return Err(other),
+        }
+    }
+    Ok(images)
 }
 
 /// The name of a texture in messages, by its line in the MTL file: `texture in line 12 of its MTL file`.
