@@ -12,7 +12,8 @@ use crate::shader_interface::{GeometryAccess, Textures, Tracer};
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct LoadArgs {
     /// Load the scene even if image files of textures are missing or damaged; its materials then do without these textures.
-    /// Animations whose buffers are missing are left out too
+    /// Animations whose buffers are missing are left out too. Textures and MTL files outside of the scene's folder count as
+    /// missing
     #[arg(long)]
     pub allow_missing: bool,
     /// Also open buffers, textures and MTL files outside of the scene's folder if the scene names them

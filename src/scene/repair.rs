@@ -118,7 +118,7 @@ impl Mesh {
     /// missing normal is duplicated if its triangles have different geometric normals. If all normals of the mesh are
     /// missing, `normals` becomes empty instead, so that the mesh is shaded with geometric normals. Returns the number of
     /// missing normals, for a notice.
-    fn fill_missing_normals(&mut self) -> usize {
+    pub(crate) fn fill_missing_normals(&mut self) -> usize {
         let is_missing: Vec<bool> = self.normals.iter().map(|&n| n == Vec3::ZERO).collect();
         let missing = is_missing.iter().filter(|&&m| m).count();
         if missing == is_missing.len() {
@@ -129,7 +129,7 @@ impl Mesh {
         }
         for i in 0..self.triangles.len() {
             let triangle = self.triangles[i];
-            let normal = self.area_vector(triangle).normalize().as_vec3();
+            let normal = self.area_vector(triangle).normalize_or_zero().as_vec3();
             for (corner, vertex) in triangle.into_iter().enumerate() {
                 let vertex = vertex as usize;
                 if !is_missing[vertex] || self.normals[vertex] == normal {

@@ -262,7 +262,7 @@ pub fn srgb(texel: [u16; 4]) -> Vec4 {
 
 /// The linear value in [0, 1] of an sRGB value in [0, 1] (IEC 61966-2-1), with which [`srgb`] decodes each
 /// colour channel.
-fn decode_srgb(value: f32) -> f32 {
+pub(crate) fn decode_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92
     } else {

@@ -5,6 +5,7 @@ use super::progress::{Progress, read_file};
 use super::scene_folder::{SceneFile, SceneFolder, unreadable};
 use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
+use std::path::Path;
 
 /// The maximum size of an image file, in bytes. A larger file is an error and is not read, so that it cannot fill the
 /// memory. Even an uncompressed image with the largest permitted width and height is smaller.
@@ -45,8 +46,9 @@ pub(super) fn missing(
         );
         return Ok(());
     }
+    let hint = folder.hint(Path::new(name));
     Err(Error::input(format!(
-        "{what}: there is no file {file} beside the scene; put it there, or render without it by --allow-missing"
+        "{what}: there is no file {file} beside the scene{hint}; put it there, or render without it by --allow-missing"
     )))
 }
 

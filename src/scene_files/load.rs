@@ -8,7 +8,6 @@ use crate::scene::Scene;
 use crate::scene::notices::quoted;
 use crate::{Error, Result};
 use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::Path;
 
 /// The maximum size of a glTF file (`.gltf` or `.glb`), in bytes, not counting buffers and images in files of their own; a
@@ -57,9 +56,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
         Some("obj") => open_file(path, &mut progress).and_then(|(file, length)| {
             memory::check(length.saturating_mul(OBJ_RATIO))
                 .map_err(|cause| Error::input(format!("{cause}; give a smaller scene")))?;
-            let file = Watched::new(file, &mut progress).take(length);
-            obj::read(BufReader::with_capacity(1 << 16, file), &folder)?
-                .load_textures(&folder, &mut progress)
+            obj::read(&file, length, &folder, &mut progress)?.load_textures(&folder, &mut progress)
         }),
         _ => Err(Error::input(
             "is not a scene file; give a .gltf, .glb or .obj file",

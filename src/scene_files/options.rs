@@ -6,8 +6,8 @@
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// True: if image files of textures are missing or damaged, the scene is loaded without these textures, with a notice. An
-    /// image file outside of the scene's folder then counts as missing, unless `allow_outside` is true. Animations whose
-    /// buffers are missing are left out too. False: each of these is an error.
+    /// image or MTL file outside of the scene's folder then counts as missing, unless `allow_outside` is true. Animations
+    /// whose buffers are missing are left out too. False: each of these is an error.
     pub allow_missing: bool,
     /// True: the buffers, images and MTL files that a scene names are opened even if they lie outside of the scene's folder.
     /// False: such a file is not opened, so that a scene from another person cannot make other files of this machine

@@ -4,13 +4,16 @@
 //! A symbolic link whose target is outside of the folder is refused, like a path that leaves the folder by `..`. All links
 //! are resolved and checked first. Then the resolved path is opened folder by folder without following links, so that a link
 //! that another program inserts after the check is refused too. Hard links and mounts inside of the folder are part of it.
+//!
+//! A path that does not exist is searched without regard to letter case, because Windows and macOS find such files.
 
 use super::Options;
 use crate::base::input_files;
-use crate::scene::notices::quoted;
+use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 use rustix::fs::{Mode, OFlags, open, openat};
-use std::fs::File;
+use std::ffi::OsStr;
+use std::fs::{File, ReadDir};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Component, Path, PathBuf};
@@ -64,13 +67,19 @@ impl<'a> SceneFolder<'a> {
     }
 
     /// Opens the first existing file among `names`, which are possible paths of one file, relative to the folder. `None` if
-    /// none of them exists. `what` is the element of the scene that names the file, for messages.
+    /// none of them exists. If only one file has one of these paths in another letter case, it is opened, with a notice in
+    /// `tally`. `what` is the element of the scene that names the file, for messages.
     ///
     /// # Errors
     /// The file cannot be opened or is not a plain file. Or the user does not permit files outside of the folder, and either
     /// all paths lead out of the folder, or one leads out of it by a link while none of the others exists.
-    pub fn open(&self, what: &str, names: &[PathBuf]) -> Result<Option<SceneFile>> {
-        self.look_up(what, names)?.or_refused(what)
+    pub fn open(
+        &self,
+        what: &str,
+        names: &[PathBuf],
+        tally: &mut Tally,
+    ) -> Result<Option<SceneFile>> {
+        self.look_up(what, names, tally)?.or_refused(what)
     }
 
     /// Opens a file that the scene can do without, such as an image. This differs from [`Self::open`] in one case: if the
@@ -78,14 +87,19 @@ impl<'a> SceneFolder<'a> {
     ///
     /// # Errors
     /// The other errors of [`Self::open`].
-    pub fn open_dispensable(&self, what: &str, names: &[PathBuf]) -> Result<Option<SceneFile>> {
-        match self.look_up(what, names)? {
+    pub fn open_dispensable(
+        &self,
+        what: &str,
+        names: &[PathBuf],
+        tally: &mut Tally,
+    ) -> Result<Option<SceneFile>> {
+        match self.look_up(what, names, tally)? {
             Lookup::Outside(_) if self.options.allow_missing => Ok(None),
             found => found.or_refused(what),
         }
     }
 
-    fn look_up(&self, what: &str, names: &[PathBuf]) -> Result<Lookup> {
+    fn look_up(&self, what: &str, names: &[PathBuf], tally: &mut Tally) -> Result<Lookup> {
         let permitted: Vec<PathBuf> = match self.options.allow_outside {
             true => names.to_vec(),
             false => names.iter().filter_map(|name| normalized(name)).collect(),
@@ -94,30 +108,114 @@ impl<'a> SceneFolder<'a> {
             return Ok(Lookup::Outside(names.last().cloned().unwrap_or_default()));
         }
         let mut outside = None;
-        for name in permitted {
-            let opened = match self.options.allow_outside {
-                true => input_files::open(&self.path.join(&name)).map(Some),
-                false => self.open_inside(&name),
+        for name in &permitted {
+            match self.look_up_one(what, name)? {
+                Lookup::Missing => {}
+                Lookup::Outside(name) => outside = outside.or(Some(name)),
+                found => return Ok(found),
+            }
+        }
+        for name in &permitted {
+            let [other_case] = &self.in_other_case(name)[..] else {
+                continue;
             };
-            let file = match opened {
-                Ok(Some(file)) => file,
-                Ok(None) => {
-                    outside.get_or_insert(name);
-                    continue;
-                }
-                Err(cause) if is_absence(cause.kind()) => continue,
-                Err(cause) => return Err(unreadable(what, &name, &cause)),
-            };
-            let found = file.metadata();
-            let found = found.map_err(|cause| unreadable(what, &name, &cause))?;
-            return Ok(Lookup::Found(SceneFile {
-                file,
-                length: found.len(),
-                id: (found.dev(), found.ino()),
-                name,
-            }));
+            let found = self.look_up_one(what, other_case)?;
+            if let Lookup::Found(_) = found {
+                let what = "files are taken whose names differ in letter case";
+                tally.add(what, || {
+                    let [name, found] = [name, other_case].map(|path| quoted_path(path));
+                    format!("{found} for {name}")
+                });
+                return Ok(found);
+            }
         }
         Ok(outside.map_or(Lookup::Missing, Lookup::Outside))
+    }
+
+    /// Looks up the file with the path `name` and no other one. Fails if it exists but cannot be opened.
+    fn look_up_one(&self, what: &str, name: &Path) -> Result<Lookup> {
+        let opened = match self.options.allow_outside {
+            true => input_files::open(&self.path.join(name)).map(Some),
+            false => self.open_inside(name),
+        };
+        let file = match opened {
+            Ok(Some(file)) => file,
+            Ok(None) => return Ok(Lookup::Outside(name.into())),
+            Err(cause) if is_absence(cause.kind()) => return Ok(Lookup::Missing),
+            Err(cause) => return Err(unreadable(what, name, &cause)),
+        };
+        let found = file.metadata();
+        let found = found.map_err(|cause| unreadable(what, name, &cause))?;
+        Ok(Lookup::Found(SceneFile {
+            file,
+            length: found.len(),
+            id: (found.dev(), found.ino()),
+            name: name.into(),
+        }))
+    }
+
+    /// The existing paths that differ from `name` in letter case only. If a folder on the path exists as it is written, no
+    /// other one is searched. Empty if a folder cannot be listed or is outside of the scene's folder without the user's
+    /// permission.
+    fn in_other_case(&self, name: &Path) -> Vec<PathBuf> {
+        let mut found = vec![PathBuf::new()];
+        for part in name.components() {
+            let Component::Normal(part) = part else {
+                found.iter_mut().for_each(|path| path.push(part));
+                continue;
+            };
+            found = (found.into_iter())
+                .flat_map(|folder| self.entries_like(&folder, part))
+                .collect();
+        }
+        found
+    }
+
+    /// The paths, relative to the scene's folder, of the files and folders in `folder` with the name `part`: the one with
+    /// exactly this name if it exists, otherwise all whose names differ in letter case only.
+    fn entries_like(&self, folder: &Path, part: &OsStr) -> Vec<PathBuf> {
+        if self.path.join(folder).join(part).symlink_metadata().is_ok() {
+            return vec![folder.join(part)];
+        }
+        let Some(list) = self.list(folder) else {
+            return Vec::new();
+        };
+        let wanted = part.to_string_lossy().to_lowercase();
+        let names = list.filter_map(|entry| Some(entry.ok()?.file_name()));
+        let mut found: Vec<PathBuf> = names
+            .filter(|name| name.to_string_lossy().to_lowercase() == wanted)
+            .map(|name| folder.join(name))
+            .collect();
+        found.sort();
+        found
+    }
+
+    /// Lists a folder; `None` if it cannot be listed, or if it is outside of the scene's folder without the user's
+    /// permission.
+    fn list(&self, folder: &Path) -> Option<ReadDir> {
+        let root = match self.path.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => self.path,
+        };
+        let real = root.join(folder).canonicalize().ok()?;
+        let is_permitted =
+            self.options.allow_outside || real.starts_with(root.canonicalize().ok()?);
+        is_permitted.then(|| real.read_dir().ok())?
+    }
+
+    /// A hint for the error that the file `name` is missing: the files whose names differ from it in letter case only.
+    /// Empty without such files.
+    pub fn hint(&self, name: &Path) -> String {
+        let similar = normalized(name).map(|name| self.in_other_case(&name));
+        let similar = similar.unwrap_or_default();
+        let names: Vec<String> = (similar.iter().take(3))
+            .map(|path| quoted_path(path))
+            .collect();
+        match &names[..] {
+            [] => String::new(),
+            [name] => format!(" (there is {name})"),
+            several => format!(" (there are {})", several.join(" and ")),
+        }
     }
 
     /// Opens a plain file in the folder by its path relative to the folder. `None` if a symbolic link on this path leads out
@@ -176,8 +274,12 @@ fn is_absence(kind: ErrorKind) -> bool {
 /// The error that the file at `name`, its path relative to the scene's folder, cannot be read because of `cause`. `what` is
 /// the element of the scene that names the file.
 pub(super) fn unreadable(what: &str, name: &Path, cause: &dyn std::fmt::Display) -> Error {
-    let name = quoted(&name.to_string_lossy());
+    let name = quoted_path(name);
     Error::input(format!("{what}: cannot read {name}: {cause}"))
+}
+
+fn quoted_path(path: &Path) -> String {
+    quoted(&path.to_string_lossy())
 }
 
 /// Resolves `.` and `..` in a relative path by its text alone. `None` if the path is absolute or leads out of the folder to
@@ -225,9 +327,14 @@ mod tests {
         std::fs::hard_link(at("inner/a"), at("b")).unwrap();
         let options = Options::default();
         let scene = SceneFolder::new(folder.path(), &options);
-        let id = |name: &str| scene.open("", &[name.into()]).unwrap().map(|file| file.id);
+        let mut tally = Tally::default();
+        let mut id = |name: &str| {
+            let file = scene.open("", &[name.into()], &mut tally).unwrap();
+            file.map(|file| file.id)
+        };
         for name in ["./inner/a", "folder/a", "inner/../b"] {
-            assert_eq!(id(name), id("inner/a"), "{name}");
+            let (found, expected) = (id(name), id("inner/a"));
+            assert_eq!(found, expected, "{name}");
         }
         for missing in ["c", "b/c", "no/c"] {
             assert_eq!(id(missing), None, "{missing}");

@@ -393,7 +393,6 @@ fn broken_obj_files() {
         ("v 0 0 x", "\"x\" is not a finite number"),
         ("\n\nv 0 nan 0", "line 3, \"v\": \"nan\""),
         ("v 0 1e99 0", "\"1e99\""),
-        ("v 0 0 0\nf 1 1", "line 2, \"f\": a face needs three"),
         ("v 0 0 0\nf 1 1 2", "vertex 2 is out of range"),
         ("v 0 0 0\nf 1 1 0", "vertex 0 is out of range"),
         ("v 0 0 0\nf 1 1 -2", "vertex -2 is out of range"),
@@ -412,9 +411,7 @@ fn broken_obj_files() {
         ("newmtl a\nKd 1 2", "line 2, \"Kd\""),
         ("newmtl a\nKd", "line 2, \"Kd\""),
         ("newmtl a\nKd x y z", "\"x\" is not a finite number"),
-        ("newmtl a\n\nKe -1 0 0", "line 3, \"Ke\": emission"),
         ("newmtl a\nKe nan", "\"nan\""),
-        ("newmtl a\nPr 2", "2 is not within 0 and 1"),
         ("newmtl a\nPm", "a number is needed"),
         ("newmtl a\nd x", "\"x\""),
     ] {
@@ -501,7 +498,8 @@ fn mutated_files_never_panic() {
 
     let text = "mtllib mutated.obj\no a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv .2 .1 0\nv 0 1 0\n\
                 vn 0 0 1\nvt 0 0\nusemtl x\nf 1/1/1 2/1/1 3/1/1 4/1/1 -1\nnewmtl x\nKd 1 1 1\n\
-                Ke 0 0 1\nPr .5\ng b\nf 1 2 3\nf -1 -2 -3\n";
+                Ke 0 0 1\nPr .5\ng b\nf 1 2 3\nf -1 -2 -3\nv 1 1 1 .5 0 1\ns 1\nf 1 2 3 4\nf 2 3 6\ns off\n\
+                usemtl X\nf 4 5 6\nnewmtl y\nd .5\nTr 1\nmap_Bump -bm 1 lost.png -s 2\nmap_Kd -q 1\nPs 1\n";
     let (good, bad) = fuzz("mutated.obj", text.as_bytes(), 2000);
     assert!(good > 100 && bad > 100, "{good} load, {bad} do not");
 }

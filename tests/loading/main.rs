@@ -4,6 +4,7 @@
 mod animations;
 mod environments;
 mod exr;
+mod file_names;
 mod files;
 mod garbage;
 mod gltf;
@@ -14,6 +15,10 @@ mod lights;
 mod limits;
 mod missing;
 mod obj;
+mod obj_materials;
+mod obj_text;
+mod obj_tobj;
+mod obj_vertices;
 mod outside;
 mod progress;
 #[path = "../support/mod.rs"]

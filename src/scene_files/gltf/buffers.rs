@@ -2,7 +2,7 @@
 
 use super::damaged;
 use super::document::Document;
-use crate::scene::notices::quoted;
+use crate::scene::notices::{Tally, quoted};
 use crate::scene_files::progress::{Progress, read_file};
 use crate::scene_files::scene_folder::SceneFolder;
 use crate::{Error, Result};
@@ -105,6 +105,7 @@ impl<'a> Buffers<'a> {
         binary: Option<&'a [u8]>,
         folder: &SceneFolder<'_>,
         progress: &mut Progress<'_>,
+        tally: &mut Tally,
     ) -> Result<Self> {
         // A file is read as far as the longest of the buffers that it may be.
         let files = document
@@ -136,10 +137,13 @@ impl<'a> Buffers<'a> {
                     }
                     None => {
                         let name = file_name(&what, uri)?;
-                        let Some(file) = folder.open(&what, &[PathBuf::from(&*name)])? else {
+                        let path = PathBuf::from(&*name);
+                        let paths = std::slice::from_ref(&path);
+                        let Some(file) = folder.open(&what, paths, tally)? else {
                             let fault = format!(
-                                "{what}: there is no file {} where the scene expects it; put it there",
-                                quoted(&name)
+                                "{what}: there is no file {} where the scene expects it{}; put it there",
+                                quoted(&name),
+                                folder.hint(&path)
                             );
                             if !folder.options.allow_missing {
                                 return Err(Error::input(fault));

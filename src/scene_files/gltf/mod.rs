@@ -51,7 +51,7 @@ pub(super) fn read(
     }
 
     let placed = nodes::placed(&document, &mut tally)?;
-    let buffers = Buffers::load(&document, binary.as_deref(), folder, progress)?;
+    let buffers = Buffers::load(&document, binary.as_deref(), folder, progress, &mut tally)?;
     let contents = buffers.contents();
     let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
     let accessors = Accessors {

@@ -49,7 +49,7 @@ impl Reading<'_, '_> {
         let image = &self.accessors.document.images[index];
         let what = label("image", index, &image.name);
         let uri = image.uri.as_deref().unwrap_or_default();
-        let Some(source) = Source::of(&what, image, self.folder)? else {
+        let Some(source) = Source::of(&what, image, self.folder, tally)? else {
             image_files::missing(&what, uri, self.folder, tally)?;
             return Ok(None);
         };
@@ -301,13 +301,18 @@ impl<'a> Source<'a> {
     /// missing, or is outside of the scene's folder while the user permits missing files. Fails if the image
     /// has no source, if its URI does not name a local file, or if the file cannot be opened or is outside of
     /// the scene's folder without a permission. `what` is the image's name in messages.
-    fn of(what: &str, image: &'a FileImage, folder: &SceneFolder<'_>) -> Result<Option<Self>> {
+    fn of(
+        what: &str,
+        image: &'a FileImage,
+        folder: &SceneFolder<'_>,
+        tally: &mut Tally,
+    ) -> Result<Option<Self>> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
                 Some(data) => Ok(Some(Self::Uri(data))),
                 None => {
                     let name = buffers::file_name(what, uri)?;
-                    let found = folder.open_dispensable(what, &[PathBuf::from(&*name)])?;
+                    let found = folder.open_dispensable(what, &[PathBuf::from(&*name)], tally)?;
                     Ok(found.map(Self::File))
                 }
             },

@@ -1,8 +1,10 @@
 //! Builds the meshes of an OBJ file from its faces, one mesh at a time. Corners of faces become vertices, and faces with the
 //! same material become one part of the mesh.
 
+use super::colors::VertexColors;
+use super::smoothing;
 use crate::scene::{Mesh, Part};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
 /// The value of [`Corner::normal`] for a corner without a normal, and of [`Corner::coordinates`] for a corner without
@@ -10,7 +12,8 @@ use std::collections::HashMap;
 pub const MISSING: u32 = u32::MAX;
 
 /// A corner of a face: indices, from 0, into the positions, normals and texture coordinates of the whole file. Equal corners
-/// of a mesh become one vertex. `normal` and `coordinates` are [`MISSING`] if the face does not state them. `coordinates` is
+/// of a mesh become one vertex. A corner without a normal in a smoothing group has as `normal` [`SMOOTH`] plus the index of a
+/// sum in [`super::smoothing::Smoothing`]. `normal` and `coordinates` are [`MISSING`] if the face does not state them. `coordinates` is
 /// also [`MISSING`] if the face's material has no textures, so that corners which differ only in unused texture coordinates
 /// share a vertex.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -20,6 +23,14 @@ pub struct Corner {
     pub coordinates: u32,
 }
 
+/// The attributes of the vertices of the whole file, into which corners have indices.
+#[derive(Default)]
+pub struct Attributes {
+    pub normals: Vec<Vec3>,
+    pub coordinates: Vec<Vec2>,
+    pub colors: VertexColors,
+}
+
 /// The mesh that is built from the faces since the last `o` or `g` statement, or since the start of the file. The next such
 /// statement, or the end of the file, adds the mesh to the scene.
 #[derive(Default)]
@@ -27,33 +38,38 @@ pub struct Building {
     pub mesh: Mesh,
     /// Maps each corner that occurred so far to the index of its vertex in the mesh, so that equal corners share a vertex.
     vertices: HashMap<Corner, u32>,
-    pub has_normals: bool,
+    /// True if some corner has a normal of the file.
+    pub has_stated_normals: bool,
     pub has_coordinates: bool,
+    /// The vertices that take their normals from a smoothing group, each with the index of its normal in
+    /// [`smoothing::Smoothing`].
+    pub smooth: Vec<(u32, u32)>,
 }
 
 impl Building {
     /// Returns the index, in the mesh, of the vertex of a corner. If no equal corner was used before, a new vertex is added.
-    /// `position` is the corner's position relative to the mesh's origin; `normals` and `coordinates` are all normals and
-    /// texture coordinates of the file, into which the corner has indices.
-    pub fn vertex(
-        &mut self,
-        corner: Corner,
-        position: Vec3,
-        normals: &[Vec3],
-        coordinates: &[Vec2],
-    ) -> u32 {
-        let mesh = &mut self.mesh;
+    /// `position` is the corner's position relative to the mesh's origin.
+    pub fn vertex(&mut self, corner: Corner, position: Vec3, attributes: &Attributes) -> u32 {
+        let Self { mesh, smooth, .. } = self;
         *self.vertices.entry(corner).or_insert_with(|| {
-            if let Some(at) = coordinates.get(corner.coordinates as usize) {
-                mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
+            let vertex = mesh.positions.len();
+            if let Some(at) = attributes.coordinates.get(corner.coordinates as usize) {
+                mesh.uvs[0].resize(vertex, Vec2::ZERO);
                 // In OBJ, v points up.
                 mesh.uvs[0].push(Vec2::new(at.x, 1.0 - at.y));
             }
+            if let Some(color) = attributes.colors.of(corner.position) {
+                mesh.colors.resize(vertex, Vec4::NAN);
+                mesh.colors.push(color);
+            }
+            if let Some(index) = smoothing::index_of(corner.normal) {
+                smooth.push((vertex as u32, index));
+            }
             mesh.positions.push(position);
             // A normal of zero length is a missing one: validation makes it geometric.
-            let normal = normals.get(corner.normal as usize).copied();
+            let normal = attributes.normals.get(corner.normal as usize).copied();
             mesh.normals.push(normal.unwrap_or(Vec3::ZERO));
-            mesh.positions.len() as u32 - 1
+            vertex as u32
         })
     }
 

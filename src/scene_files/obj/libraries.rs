@@ -2,11 +2,12 @@
 
 use super::lines::Line;
 use super::mtl;
-use super::{MAX_KINDS, Reader, check_memory};
+use super::{Reader, check_memory};
 use crate::base::memory;
 use crate::scene::notices::quoted;
 use crate::scene_files::scene_folder::SceneFile;
 use crate::{Error, Result};
+use std::collections::HashMap;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
@@ -23,7 +24,7 @@ const MTL_RATIO: u64 = 128;
 /// The memory, in bytes, that the reader takes to remember the name of an MTL file, not counting the bytes of the name
 /// itself. The reader checks for each name after `mtllib` that this much and the name's own bytes are free. If they are not,
 /// loading ends with an error.
-const NAME_BYTES: u64 = 128;
+pub(super) const NAME_BYTES: u64 = 128;
 
 impl Reader<'_> {
     /// Reads the MTL files that an `mtllib` statement names, and adds their materials to the scene. A file
@@ -33,6 +34,10 @@ impl Reader<'_> {
     /// An MTL file cannot be opened, is damaged or too large, or is outside of the scene's folder without the
     /// user's permission; or there is not enough memory.
     pub(super) fn material_library(&mut self, line: &Line) -> Result<()> {
+        if !self.library_names.contains(line.rest) {
+            self.library_lines
+                .push((line.number(), line.rest.to_owned()));
+        }
         // A name may contain spaces, and there may be several names.
         if self.library(line, line.rest)? {
             return Ok(());
@@ -40,9 +45,11 @@ impl Reader<'_> {
         let is_one = line.words().nth(1).is_none();
         for name in line.words() {
             if is_one || !self.library(line, name)? {
-                self.tally
+                self.ignored
+                    .tally
                     .add("MTL files that cannot be read are left out", || {
-                        format!("{}: {}", line.location(), quoted(name))
+                        let hint = self.folder.hint(Path::new(name));
+                        format!("{}: {}{hint}", line.location(), quoted(name))
                     });
             }
         }
@@ -53,7 +60,7 @@ impl Reader<'_> {
     /// the first look-up of a file that does not exist, so that it is reported once. `line` is the `mtllib` statement, for
     /// messages.
     fn library(&mut self, line: &Line, name: &str) -> Result<bool> {
-        check_memory(line, name.len() as u64 + NAME_BYTES)?;
+        check_memory(line, 2 * (name.len() as u64 + NAME_BYTES))?;
         if !self.library_names.insert(name.to_owned()) {
             return Ok(true);
         }
@@ -63,10 +70,11 @@ impl Reader<'_> {
         }
     }
 
-    fn open_library(&self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
-        let open = |name: &str| {
+    fn open_library(&mut self, line: &Line, name: &str) -> Result<Option<SceneFile>> {
+        let mut open = |name: &str| {
             let what = format!("mtllib in {}", line.location());
-            self.folder.open_dispensable(&what, &[name.into()])
+            self.folder
+                .open_dispensable(&what, &[name.into()], &mut self.ignored.tally)
         };
         let found = open(name)?;
         // One after the other: what is inside with backslashes may be outside with slashes.
@@ -99,27 +107,59 @@ impl Reader<'_> {
         let folder = file.name.parent().unwrap_or(Path::new(""));
         let source = BufReader::new(file.file.take(file.length));
         let first = self.scene.materials.len();
-        let library = mtl::read(source, folder, &mut self.scene.materials, &mut self.maps)
-            .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
-        for texture in library.textures {
-            if self.textures.len() <= MAX_KINDS && !self.textures.contains(&texture) {
-                self.textures.push(texture);
-            }
-        }
-        for (option, location) in library.options {
-            let what = format!("the option {option} of textures is ignored");
-            self.tally
-                .add(&what, || format!("{location} of {}", quoted(name)));
-        }
-        for material in library.transparent {
-            self.tally
-                .add("transparency is not supported, surfaces are opaque", || {
-                    format!("material {}", quoted(&material))
-                });
-        }
+        mtl::read(
+            source,
+            name,
+            folder,
+            &mut self.scene.materials,
+            &mut self.maps,
+            &mut self.ignored,
+        )
+        .map_err(|fault| Error::input(format!("{}, {fault}", quoted(name))))?;
         for (index, material) in self.scene.materials.iter().enumerate().skip(first) {
-            self.materials.insert(material.name.clone(), index as u32);
+            self.materials.add(&material.name, index as u32);
         }
         Ok(())
+    }
+}
+
+/// The materials of all MTL files by name. A name that no MTL file has is looked up without regard to letter case.
+#[derive(Default)]
+pub(super) struct MaterialNames {
+    /// The index of each material in the scene.
+    exact: HashMap<String, u32>,
+    /// The index for each name in lower case; `None` if several names differ only in letter case.
+    lower_case: HashMap<String, Option<u32>>,
+}
+
+/// The result of looking up the name of a material.
+pub(super) enum Named {
+    /// The index of the material with this name.
+    Exact(u32),
+    /// The index of the only material whose name differs from this one in letter case only.
+    OtherCase(u32),
+    Unknown,
+}
+
+impl MaterialNames {
+    fn add(&mut self, name: &str, index: u32) {
+        let is_new = self.exact.insert(name.to_owned(), index).is_none();
+        let of_lower_case = self.lower_case.entry(name.to_lowercase());
+        let of_lower_case = of_lower_case.or_insert(Some(index));
+        *of_lower_case = match is_new && *of_lower_case != Some(index) {
+            true => None,
+            false => of_lower_case.map(|_| index),
+        };
+    }
+
+    /// Looks up the material that a `usemtl` statement names.
+    pub(super) fn find(&self, name: &str) -> Named {
+        if let Some(index) = self.exact.get(name) {
+            return Named::Exact(*index);
+        }
+        match self.lower_case.get(&name.to_lowercase()) {
+            Some(Some(index)) => Named::OtherCase(*index),
+            _ => Named::Unknown,
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::scene::notices::quoted;
 use crate::{Error, Result};
-use std::io::{BufRead, Read};
+use std::io::{self, BufRead, Read};
 
 /// The maximum length of a statement, in bytes (64 MiB). If backslashes join several lines to one statement, their lengths
 /// are added. A longer statement is an error, because it could fill the memory; files for practical use have much shorter
@@ -11,20 +11,27 @@ const MAX_BYTES: usize = 64 << 20;
 
 /// A reader that returns the statements of an OBJ or MTL file one after another. All statements use the same memory in turn.
 /// A backslash at a line's end joins the line with the next one; `#` begins a comment. A statement whose bytes are not UTF-8
-/// is read as Latin-1.
+/// is read as Latin-1. A UTF-8 byte order mark at the start of the file is skipped.
 pub struct Lines<R> {
     source: R,
     bytes: Vec<u8>,
     text: String,
+    /// The keyword of the current statement in lower case. It is used only if the file writes the keyword otherwise.
+    lower_case: String,
     number: usize,
+    /// The byte that ends a line: a line feed, or in files of old programs a carriage return.
+    line_end: u8,
 }
 
 /// A statement of an OBJ or MTL file without its comment: a keyword and the text after it. The keyword selects how a reader
 /// interprets the text. Lines that a backslash joins are one statement.
 pub struct Line<'a> {
     number: usize,
-    /// The first word of the statement, such as `v` or `newmtl`. It decides how `rest` is interpreted.
+    /// The first word of the statement in lower case, such as `v` or `map_kd`. It decides how `rest` is interpreted. Letter
+    /// case has no meaning, because some programs write `NEWMTL` or `map_kd`.
     pub keyword: &'a str,
+    /// The first word of the statement as the file writes it, such as `map_Kd`, for messages.
+    pub written: &'a str,
     /// The text after the keyword, without spaces at its start and end; empty if nothing follows the keyword.
     pub rest: &'a str,
 }
@@ -37,28 +44,30 @@ impl<R: BufRead> Lines<R> {
             source,
             bytes: Vec::new(),
             text: String::new(),
+            lower_case: String::new(),
             number: 0,
+            line_end: b'\n',
         }
     }
 
     /// The next statement; `None` at the end of the file. Empty lines and comments are skipped. Fails if the statement is
-    /// longer than [`MAX_BYTES`], or if reading the file fails.
+    /// longer than [`MAX_BYTES`], if the file is UTF-16, or if reading the file fails.
     pub fn next(&mut self) -> Result<Option<Line<'_>>> {
+        if self.number == 0 {
+            let start = self.source.fill_buf();
+            let start = start.map_err(|cause| unreadable(cause, self.number))?;
+            if start.contains(&b'\r') && !start.contains(&b'\n') {
+                self.line_end = b'\r';
+            }
+        }
         loop {
             self.bytes.clear();
             let mut number = 0;
             loop {
                 let room = (MAX_BYTES + 1 - self.bytes.len()) as u64;
                 let mut source = self.source.by_ref().take(room);
-                let read = source.read_until(b'\n', &mut self.bytes);
-                let count = read.map_err(|cause| {
-                    Error::from_io(cause, |cause| {
-                        Error::input(format!(
-                            "cannot be read after line {}: {cause}",
-                            self.number
-                        ))
-                    })
-                })?;
+                let read = source.read_until(self.line_end, &mut self.bytes);
+                let count = read.map_err(|cause| unreadable(cause, self.number))?;
                 if self.bytes.len() > MAX_BYTES {
                     return Err(Error::input(format!(
                         "line {}: it has more than {MAX_BYTES} bytes; give an OBJ or MTL file",
@@ -67,6 +76,9 @@ impl<R: BufRead> Lines<R> {
                 }
                 if count == 0 && self.bytes.is_empty() {
                     return Ok(None);
+                }
+                if self.number == 0 {
+                    skip_byte_order_mark(&mut self.bytes)?;
                 }
                 self.number += usize::from(count > 0);
                 number = if number == 0 { self.number } else { number };
@@ -91,19 +103,65 @@ impl<R: BufRead> Lines<R> {
             let start = content.as_ptr() as usize - self.text.as_ptr() as usize;
             let end = start + content.len();
             let content = &self.text[start..end];
-            let (keyword, rest) = content
+            let (written, rest) = content
                 .split_once(char::is_whitespace)
                 .unwrap_or((content, ""));
+            let keyword = match written.bytes().any(|byte| byte.is_ascii_uppercase()) {
+                true => {
+                    self.lower_case.clear();
+                    self.lower_case.push_str(written);
+                    self.lower_case.make_ascii_lowercase();
+                    &self.lower_case
+                }
+                false => written,
+            };
             return Ok(Some(Line {
                 number,
                 keyword,
+                written,
                 rest: rest.trim_start(),
             }));
         }
     }
 }
 
+/// The error that a file cannot be read behind the line with this number, because of `cause`.
+fn unreadable(cause: io::Error, number: usize) -> Error {
+    Error::from_io(cause, |cause| {
+        Error::input(format!("cannot be read after line {number}: {cause}"))
+    })
+}
+
+/// Removes a UTF-8 byte order mark at the start of `bytes`, the first line of a file. Fails if the line shows that the file
+/// is UTF-16: by a byte order mark of UTF-16, or by a zero byte beside the first letter.
+fn skip_byte_order_mark(bytes: &mut Vec<u8>) -> Result<()> {
+    if bytes.starts_with(b"\xef\xbb\xbf") {
+        bytes.drain(..3);
+    }
+    match bytes[..] {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [1..=255, 0, ..] | [0, 1..=255, 0, ..] => Err(
+            Error::input("line 1: the text is UTF-16; save the file as UTF-8"),
+        ),
+        _ => Ok(()),
+    }
+}
+
 impl<'a> Line<'a> {
+    /// An `mtllib` statement that was read before; `number` and `rest` are those of the statement.
+    pub fn material_library(number: usize, rest: &'a str) -> Self {
+        Self {
+            number,
+            keyword: "mtllib",
+            written: "mtllib",
+            rest,
+        }
+    }
+
+    /// The number of the line on which the statement begins, counted from 1 in the file.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
     /// The words of the statement after its keyword, separated by white space, in their order: the arguments
     /// of the statement, such as the numbers of a vertex.
     pub fn words(&self) -> impl Iterator<Item = &'a str> + use<'a> {
@@ -120,14 +178,14 @@ impl<'a> Line<'a> {
             let word = words
                 .next()
                 .ok_or_else(|| self.wrong("three numbers are needed"))?;
-            *number = self.number(word)?;
+            *number = self.parse(word)?;
         }
         Ok(numbers)
     }
 
     /// The number that `word`, a word of this statement, states. Fails if `word` is not a number or is beyond the range of
     /// f32; the error names the statement. The number is f64, so that it is rounded to f32 only after computations.
-    pub fn number(&self, word: &str) -> Result<f64> {
+    pub fn parse(&self, word: &str) -> Result<f64> {
         word.parse()
             .ok()
             .filter(|number: &f64| number.abs() <= f64::from(f32::MAX))
@@ -139,13 +197,18 @@ impl<'a> Line<'a> {
         format!("line {}", self.number)
     }
 
+    /// The line of this statement of the MTL file `library`, as a text for messages: `line 12 of "a.mtl"`.
+    pub fn location_in(&self, library: &str) -> String {
+        format!("{} of {}", self.location(), quoted(library))
+    }
+
     /// An error about this statement. Its text begins with the number of the statement's line and its keyword, and ends with
     /// `fault`: `line 12, "v": fault`.
     pub fn wrong(&self, fault: &str) -> Error {
         Error::input(format!(
             "line {}, {}: {fault}",
             self.number,
-            quoted(self.keyword)
+            quoted(self.written)
         ))
     }
 }

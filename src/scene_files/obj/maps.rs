@@ -1,17 +1,19 @@
 //! Loads the textures of MTL materials, after the whole OBJ file is read. Only then is it known which
 //! materials have faces, and only the images of these materials are read.
 
-use super::mtl::{Map, Maps};
+use super::combine;
+use super::map_statements::Map;
+use super::mtl::Maps;
 use crate::base::memory;
-use crate::scene::Scene;
-use crate::scene::notices::Tally;
+use crate::scene::notices::{Tally, quoted};
 use crate::scene::texture::{Image, Texture, Wrap};
+use crate::scene::{AlphaMode, Material, Scene};
 use crate::scene_files::images::{BYTES, Encoded, TexelCount};
 use crate::scene_files::progress::Progress;
 use crate::scene_files::scene_folder::SceneFolder;
 use crate::scene_files::{image_files, images};
 use crate::{Error, Result};
-use glam::{Affine2, Mat2, Vec2};
+use glam::{Affine2, Mat2, Vec2, Vec3};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
@@ -21,8 +23,7 @@ use std::path::PathBuf;
 ///
 /// # Errors
 /// An image cannot be read or decoded, or is missing although the user does not permit it; the images have too many texels
-/// or need more memory than there is; a material's textures of roughness and metalness differ in size, scale, offset or
-/// clamp, so that they cannot be combined into one image; or the callback of `progress` returns an error.
+/// or need more memory than there is; or the callback of `progress` returns an error.
 pub fn load(
     scene: &mut Scene,
     maps: &[Maps],
@@ -36,79 +37,217 @@ pub fn load(
     }
     let mut count = TexelCount::default();
     let needed = (maps.iter().zip(&has_faces)).filter_map(|(maps, needed)| needed.then_some(maps));
-    let read = Files::read(needed, folder, &mut count, progress, tally)?;
-    let images = &mut scene.images;
-    // Indices in the scene: of the images of files, and of those made from files of roughness and metalness.
-    let mut whole: HashMap<usize, u32> = HashMap::new();
-    let mut surfaces: HashMap<[Option<usize>; 2], u32> = HashMap::new();
+    let files = Files::read(needed, folder, &mut count, progress, tally)?;
+    let mut images = SceneImages {
+        files,
+        images: &mut scene.images,
+        index_of: HashMap::new(),
+        count,
+    };
     let materials = scene.materials.iter_mut().zip(maps).zip(&has_faces);
-    for ((material, maps), has_faces) in materials {
-        if !has_faces {
-            continue;
-        }
-        for (map, slot) in [
-            (&maps.base_color, &mut material.base_color_texture),
-            (&maps.emission, &mut material.emissive_texture),
-            (&maps.normal, &mut material.normal_texture),
-        ] {
-            if let Some((map, file)) = read.of(map) {
-                let index = *whole.entry(file).or_insert_with(|| {
-                    images.push(read.images[file].clone());
-                    images.len() as u32 - 1
-                });
-                *slot = Some(texture(map, index));
-            }
-        }
-        let (roughness, metallic) = (read.of(&maps.roughness), read.of(&maps.metallic));
-        let Some((map, file)) = roughness.or(metallic) else {
-            continue;
-        };
-        let like = &read.images[file];
-        if let (Some((a, first)), Some((b, second))) = (roughness, metallic) {
-            let [first, second] = [first, second].map(|file| &read.images[file]);
-            if (a.transform, a.clamp, first.width, first.height)
-                != (b.transform, b.clamp, second.width, second.height)
-            {
-                return Err(Error::input(format!(
-                    "map_Pr in {} and map_Pm in {} of the MTL file differ in size, scale, offset or clamp; give both the same",
-                    a.location, b.location
-                )));
-            }
-        }
-        let files = [roughness, metallic].map(|found| found.map(|(_, file)| file));
-        let index = match surfaces.entry(files) {
-            Entry::Occupied(image) => *image.get(),
-            Entry::Vacant(image) => {
-                let [roughness, metallic] = files.map(|file| Some(&read.images[file?]));
-                let sizes = [roughness, metallic].into_iter().flatten();
-                let texels = sizes
-                    .map(|image| image.texels.len() as u64)
-                    .max()
-                    .unwrap_or(0);
-                count.add(texels, || what(map))?;
-                memory::check(BYTES * texels)
-                    .map_err(|cause| Error::input(format!("{}: {cause}; scale it", what(map))))?;
-                images.push(combine(like, roughness, metallic));
-                *image.insert(images.len() as u32 - 1)
-            }
-        };
-        material.metallic_roughness_texture = Some(texture(map, index));
+    for ((material, maps), _) in materials.filter(|(_, has_faces)| **has_faces) {
+        set_color(material, maps, &mut images, tally)?;
+        set_emission(material, maps, &mut images, tally)?;
+        set_normals(material, maps, &mut images, tally)?;
+        set_surface(material, maps, &mut images, tally)?;
     }
     Ok(())
+}
+
+/// Sets the texture of base colour and opacity.
+fn set_color(
+    material: &mut Material,
+    maps: &Maps,
+    images: &mut SceneImages<'_>,
+    tally: &mut Tally,
+) -> Result<()> {
+    let color = images.files.of(&maps.base_color);
+    let Some((opacity_map, opacity)) = images.files.of(&maps.opacity) else {
+        if let Some((map, file)) = color {
+            material.base_color_texture = Some(images.texture(map, Content::File(file))?);
+        }
+        return Ok(());
+    };
+    let mut keep_opaque = |what: &str| tally.add(what, || name_of(material));
+    let color_file = color.map(|(_, file)| file);
+    let (map, content) = match color {
+        Some((map, file)) if !is_laid_like(map, opacity_map) => {
+            keep_opaque("map_d is left out where its scale, offset or clamp differs from map_Kd");
+            (map, Content::File(file))
+        }
+        // Some programs name the image of the colour, and mean its alpha.
+        Some((map, file)) if file == opacity && !combine::has_alpha(&images.files.images[file]) => {
+            keep_opaque("map_d is left out where it is the image of map_Kd and has no alpha");
+            (map, Content::File(file))
+        }
+        _ => {
+            material.alpha_mode = AlphaMode::Blend;
+            (opacity_map, Content::WithOpacity(color_file, opacity))
+        }
+    };
+    material.base_color_texture = Some(images.texture(map, content)?);
+    Ok(())
+}
+
+/// Sets the texture of emission. Without its image the material emits nothing, because most of such an image is black.
+fn set_emission(
+    material: &mut Material,
+    maps: &Maps,
+    images: &mut SceneImages<'_>,
+    tally: &mut Tally,
+) -> Result<()> {
+    if let Some((map, file)) = images.files.of(&maps.emission) {
+        material.emissive_texture = Some(images.texture(map, Content::File(file))?);
+    } else if maps.emission.is_some() {
+        material.emission = Vec3::ZERO;
+        tally.add(
+            "materials without their image of emission emit nothing",
+            || name_of(material),
+        );
+    }
+    Ok(())
+}
+
+/// Sets the normal map, which `norm` or `map_Bump` states.
+fn set_normals(
+    material: &mut Material,
+    maps: &Maps,
+    images: &mut SceneImages<'_>,
+    tally: &mut Tally,
+) -> Result<()> {
+    if maps.normal.is_some() && maps.bump.is_some() {
+        tally.add("map_Bump is left out beside norm", || name_of(material));
+    }
+    let mut found = images.files.of(&maps.normal);
+    if maps.normal.is_none() {
+        found = images.files.of(&maps.bump);
+        if let Some((_, file)) = found
+            && !combine::is_normal_map(&images.files.images[file])
+        {
+            tally.add("height maps (map_Bump) are left out", || name_of(material));
+            return Ok(());
+        }
+    }
+    if let Some((map, file)) = found {
+        material.normal_texture = Some(images.texture(map, Content::File(file))?);
+        material.normal_scale = map.bump_multiplier;
+    }
+    Ok(())
+}
+
+/// Sets the texture of roughness and metalness.
+fn set_surface(
+    material: &mut Material,
+    maps: &Maps,
+    images: &mut SceneImages<'_>,
+    tally: &mut Tally,
+) -> Result<()> {
+    let roughness = images.files.of(&maps.roughness);
+    let mut metallic = images.files.of(&maps.metallic);
+    if let (Some((first, _)), Some((second, _))) = (roughness, metallic)
+        && !is_laid_like(first, second)
+    {
+        let what = "map_Pm is left out where its scale, offset or clamp differs from map_Pr";
+        tally.add(what, || name_of(material));
+        metallic = None;
+    }
+    if let Some((map, _)) = roughness.or(metallic) {
+        let files = [roughness, metallic].map(|found| found.map(|(_, file)| file));
+        let texture = images.texture(map, Content::Surface(files))?;
+        material.metallic_roughness_texture = Some(texture);
+    }
+    Ok(())
+}
+
+/// The name of a material for notices.
+fn name_of(material: &Material) -> String {
+    format!("material {}", quoted(&material.name))
+}
+
+/// True if two textures lie in the same way on the surface, so that their images can be combined into one.
+fn is_laid_like(a: &Map, b: &Map) -> bool {
+    (a.transform, a.clamp) == (b.transform, b.clamp)
+}
+
+/// The content of an image of the scene, by the indices of image files. Textures with the same content share the image.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Content {
+    /// The image of a file.
+    File(usize),
+    /// Roughness and metalness, each from the red channel of an image.
+    Surface([Option<usize>; 2]),
+    /// The colours of the first image, white for `None`, and the opacity of the second one.
+    WithOpacity(Option<usize>, usize),
+}
+
+/// The images of the scene, which are made from those of the files when a material needs them.
+struct SceneImages<'a> {
+    files: Files<'a>,
+    images: &'a mut Vec<Image>,
+    index_of: HashMap<Content, u32>,
+    /// The number of texels of all images, with those of the files.
+    count: TexelCount,
+}
+
+impl SceneImages<'_> {
+    /// The texture that `map` states, with an image of this content, which is made if it does not exist yet. Fails if the
+    /// images have too many texels or if there is not enough memory.
+    fn texture(&mut self, map: &Map, content: Content) -> Result<Texture> {
+        let index = match self.index_of.entry(content) {
+            Entry::Occupied(index) => *index.get(),
+            Entry::Vacant(index) => {
+                let files = &self.files.images;
+                let file = |file: Option<usize>| Some(&files[file?]);
+                let image = match content {
+                    Content::File(file) => files[file].clone(),
+                    Content::Surface(sources) => {
+                        let [roughness, metallic] = sources.map(file);
+                        check(&mut self.count, map, &[roughness, metallic])?;
+                        combine::surface(roughness, metallic)?
+                    }
+                    Content::WithOpacity(color, opacity) => {
+                        check(&mut self.count, map, &[file(color).or(file(Some(opacity)))])?;
+                        combine::with_opacity(file(color), &files[opacity])?
+                    }
+                };
+                self.images.push(image);
+                *index.insert(self.images.len() as u32 - 1)
+            }
+        };
+        Ok(texture(map, index))
+    }
+}
+
+/// Checks that the scene may have one more image, which is as large as the largest of `sources`. Fails if the images then
+/// have too many texels or if there is not enough memory. `map` is the texture with the image, for the error.
+fn check(count: &mut TexelCount, map: &Map, sources: &[Option<&Image>]) -> Result<()> {
+    let sizes = sources.iter().flatten().map(|image| image.texels.len());
+    let texels = sizes.max().unwrap_or(0) as u64;
+    count.add(texels, || what(map))?;
+    memory::check(BYTES * texels)
+        .map_err(|cause| Error::input(format!("{}: {cause}; scale it", what(map))))
 }
 
 /// The decoded images of all files that the textures of used materials name; the images of the scene are made from them.
 /// Each file is read once, however many textures name it.
 struct Files<'a> {
-    /// Maps the two possible paths of a texture's file ([`Map::files`]) to the index of its image in `images`. `None` if the
-    /// file is missing and the user permits this; the material then gets no such texture.
-    image_of: HashMap<&'a [PathBuf; 2], Option<usize>>,
+    /// Maps the possible paths of a texture's file ([`Map::files`]) to the index of its image in `images`. `None`, or no
+    /// entry, if the file is missing or cannot be read and the scene can do without it; the material then gets no such
+    /// texture.
+    image_of: HashMap<&'a [PathBuf], Option<usize>>,
     images: Vec<Image>,
+}
+
+/// An image file that is not decoded yet.
+struct ImageFile<'a> {
+    encoded: Encoded<'a>,
+    /// True if it is an error that the image cannot be decoded.
+    is_needed: bool,
 }
 
 impl<'a> Files<'a> {
     fn read(
-        maps: impl Iterator<Item = &'a Maps>,
+        materials: impl Iterator<Item = &'a Maps>,
         folder: &SceneFolder<'_>,
         count: &mut TexelCount,
         progress: &mut Progress<'_>,
@@ -116,33 +255,64 @@ impl<'a> Files<'a> {
     ) -> Result<Self> {
         let mut image_of = HashMap::new();
         let mut known: HashMap<(u64, u64), usize> = HashMap::new();
-        let mut encoded = Vec::new();
-        for map in maps.flat_map(Maps::all) {
-            if image_of.contains_key(&map.files) {
+        let mut files: Vec<ImageFile<'_>> = Vec::new();
+        let maps = materials.flat_map(|maps| maps.all().map(move |map| (map, maps.is_bump(map))));
+        for (map, is_bump) in maps {
+            let is_needed = !is_bump && !folder.options.allow_missing;
+            if let Some(known) = image_of.get(&map.files[..]) {
+                if let Some(image) = *known {
+                    let file: &mut ImageFile<'_> = &mut files[image];
+                    file.is_needed |= is_needed;
+                }
                 continue;
             }
-            let what = what(map);
-            let name = map.files[1].to_string_lossy();
-            let image = match folder.open_dispensable(&what, &map.files)? {
-                None => {
-                    image_files::missing(&what, &name, folder, tally)?;
-                    None
+            let (what, name) = (what(map), map.name());
+            let file = match folder.open_dispensable(&what, &map.files, tally) {
+                // Most are height maps, which have no effect.
+                Ok(None) | Err(_) if is_bump => {
+                    let what = || format!("{} ({what})", quoted(&name));
+                    tally.add(
+                        "textures of map_Bump that cannot be read are left out",
+                        what,
+                    );
+                    continue;
                 }
-                Some(file) => Some(match known.entry(file.id) {
-                    Entry::Occupied(image) => *image.get(),
-                    Entry::Vacant(image) => {
-                        encoded.push(Encoded {
-                            bytes: image_files::read(&what, file, progress)?.into(),
-                            name: name.into_owned(),
-                            what,
-                        });
-                        *image.insert(encoded.len() - 1)
-                    }
-                }),
+                file => file?,
             };
-            image_of.insert(&map.files, image);
+            let Some(file) = file else {
+                image_files::missing(&what, &name, folder, tally)?;
+                image_of.insert(&map.files[..], None);
+                continue;
+            };
+            let image = match known.entry(file.id) {
+                Entry::Occupied(image) => *image.get(),
+                Entry::Vacant(image) => {
+                    let encoded = Encoded {
+                        bytes: image_files::read(&what, file, progress)?.into(),
+                        name,
+                        what,
+                    };
+                    files.push(ImageFile {
+                        encoded,
+                        is_needed: false,
+                    });
+                    *image.insert(files.len() - 1)
+                }
+            };
+            files[image].is_needed |= is_needed;
+            image_of.insert(&map.files[..], Some(image));
         }
-        let images = images::decode(&encoded, count, progress)?;
+        let mut images = Vec::new();
+        let index_of: Vec<Option<usize>> = decode(files, count, progress, tally)?
+            .into_iter()
+            .map(|image| {
+                images.push(image?);
+                Some(images.len() - 1)
+            })
+            .collect();
+        for image in image_of.values_mut() {
+            *image = image.and_then(|image| index_of[image]);
+        }
         Ok(Self { image_of, images })
     }
 
@@ -150,34 +320,43 @@ impl<'a> Files<'a> {
     /// material has no such texture, or if the texture's file is missing.
     fn of<'b>(&self, map: &'b Option<Box<Map>>) -> Option<(&'b Map, usize)> {
         let map = map.as_deref()?;
-        Some((map, (*self.image_of.get(&map.files)?)?))
+        Some((map, (*self.image_of.get(&map.files[..])?)?))
     }
+}
+
+/// Decodes image files, and returns the images in the order of `files`. An image that is not needed and cannot be decoded is
+/// `None`, with a notice in `tally`. `count` is the number of texels of the scene's images so far.
+fn decode(
+    files: Vec<ImageFile<'_>>,
+    count: &mut TexelCount,
+    progress: &mut Progress<'_>,
+    tally: &mut Tally,
+) -> Result<Vec<Option<Image>>> {
+    let mut images = vec![None; files.len()];
+    let (needed, others): (Vec<_>, Vec<_>) =
+        (files.into_iter().enumerate()).partition(|(_, file)| file.is_needed);
+    let (indices, needed): (Vec<usize>, Vec<Encoded<'_>>) = (needed.into_iter())
+        .map(|(index, file)| (index, file.encoded))
+        .unzip();
+    let decoded = images::decode(&needed, count, progress)?;
+    for (index, image) in indices.into_iter().zip(decoded) {
+        images[index] = Some(image);
+    }
+    for (index, file) in others {
+        match images::decode(std::slice::from_ref(&file.encoded), count, progress) {
+            Ok(mut image) => images[index] = image.pop(),
+            Err(Error::Input(fault)) => {
+                tally.add("images that cannot be read are left out", || fault)
+            }
+            Err(other) => return Err(other),
+        }
+    }
+    Ok(images)
 }
 
 /// The name of a texture in messages, by its line in the MTL file: `texture in line 12 of its MTL file`.
 fn what(map: &Map) -> String {
     format!("texture in {} of its MTL file", map.location)
-}
-
-/// Makes an image with roughness in the green channel and metalness in the blue one, as glTF stores them. Their values are
-/// read from the red channels of the images `roughness` and `metallic`. For `None` the channel is 255, so that only the
-/// material's factor counts. The new image has the size and the name of `like`; the caller ensures that the other images
-/// have this size too.
-fn combine(like: &Image, roughness: Option<&Image>, metallic: Option<&Image>) -> Image {
-    let red = |image: Option<&Image>, i| image.map_or(u16::MAX, |image| image.texel(i)[0]);
-    let texel = |i| [u16::MAX, red(roughness, i), red(metallic, i), u16::MAX];
-    let texels = (0..like.width as usize * like.height as usize).map(texel);
-    let is_deep = [roughness, metallic]
-        .into_iter()
-        .flatten()
-        .any(Image::is_deep);
-    Image {
-        texels: match is_deep {
-            true => texels.flat_map(Image::entries).collect(),
-            false => texels.map(|texel| Image::entries(texel)[0]).collect(),
-        },
-        ..like.clone()
-    }
 }
 
 /// Converts a texture of an MTL file to a texture of the scene; `image` is the index of its image in the scene. The

@@ -17,24 +17,33 @@
 //! into triangles, concave ones too. Free-form curves and surfaces are skipped.
 
 mod building;
+mod colors;
+mod combine;
+mod ignored;
 mod libraries;
 mod lines;
+mod map_statements;
 mod maps;
 mod mtl;
+mod smoothing;
 
 use super::polygon::triangulate;
-use super::progress::Progress;
+use super::progress::{Progress, Watched};
 use super::scene_folder::SceneFolder;
-use crate::Result;
 use crate::base::memory;
 use crate::scene::notices::{Tally, quoted};
 use crate::scene::{Bounds, Instance, Material, Scene};
-use building::{Building, Corner, MISSING, join_parts};
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use crate::{Error, Result};
+use building::{Attributes, Building, Corner, MISSING, join_parts};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use ignored::Ignored;
+use libraries::{MaterialNames, Named};
 use lines::{Line, Lines};
 use mtl::Maps;
+use smoothing::{SMOOTH, Smoothing};
 use std::collections::{HashMap, HashSet};
-use std::io::BufRead;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
 
 /// The base colour, in linear RGB, of faces without a material, and of materials for which the MTL file states no base
 /// colour (`Kd`).
@@ -50,32 +59,37 @@ const MESH_BYTES: u64 = 1 << 10;
 /// bytes, and its text has at least two bytes, such as `1` and a space.
 const FACE_RATIO: u64 = 48;
 
-/// The maximum number of unsupported kinds of textures, such as `bump`, that the notice about ignored textures lists, so
-/// that the notice stays short. Further kinds are summarised as "and others".
-const MAX_KINDS: usize = 16;
-
-/// Reads an OBJ file and the MTL files in `folder` that it names. Errors name the line in the file, but not the OBJ file,
-/// which the caller adds. The returned scene is not validated yet, and its textures are loaded later.
+/// Reads an OBJ file and the MTL files in `folder` that it names; `length` is the size of the OBJ file in bytes. Errors name
+/// the line in the file, but not the OBJ file, which the caller adds. The returned scene is not validated yet, and its
+/// textures are loaded later.
+///
+/// If the file names an MTL file only after its materials are used, it is read twice: the second time with the materials.
 ///
 /// # Errors
 /// A statement of the OBJ file or of an MTL file is wrong; the text contains no statement of OBJ, but other text; a file
 /// cannot be read or is too large; or there is not enough memory.
-pub(super) fn read(source: impl BufRead, folder: &SceneFolder<'_>) -> Result<Untextured> {
+pub(super) fn read(
+    file: &File,
+    length: u64,
+    folder: &SceneFolder<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<Untextured> {
     let mut reader = Reader::new(folder);
-    let mut lines = Lines::new(source);
-    let mut unknown = None;
-    let mut known = false;
-    while let Some(line) = lines.next()? {
-        if reader.statement(&line)? {
-            known = true;
-        } else if unknown.is_none() {
-            unknown = Some(line.wrong("is not a statement of OBJ; give an OBJ file"));
-        }
+    reader.read(file, length, progress)?;
+    let Some((number, name)) = reader.late_material() else {
+        return Ok(reader.finish());
+    };
+    let location = format!("line {number}: {}", quoted(name));
+    let library_lines = reader.library_lines;
+    let mut reader = Reader::new(folder);
+    let what = "MTL files are read first, because they are named after the use of a material";
+    reader.ignored.tally.add(what, || location);
+    for (number, rest) in &library_lines {
+        reader.material_library(&Line::material_library(*number, rest))?;
     }
-    match unknown {
-        Some(error) if !known => Err(error),
-        _ => Ok(reader.finish()),
-    }
+    progress.add_to_read(length);
+    reader.read(file, length, progress)?;
+    Ok(reader.finish())
 }
 
 /// The scene of an OBJ file whose textures are not loaded yet. [`Self::load_textures`] loads them after the whole file is
@@ -119,13 +133,18 @@ struct Reader<'a> {
     /// mesh is computed from the positions after these. If there are none, as in a file that lists all
     /// positions first, the next mesh keeps the last origin.
     centered: usize,
-    normals: Vec<Vec3>,
-    coordinates: Vec<Vec2>,
+    attributes: Attributes,
+    smoothing: Smoothing,
     scene: Scene,
     /// The textures that MTL files state for the materials of the scene: one entry for each material, in the same order.
     /// Their images are loaded after the whole OBJ file is read.
     maps: Vec<Maps>,
-    materials: HashMap<String, u32>,
+    materials: MaterialNames,
+    /// The names of materials that were in no MTL file when they were used, with the number of the line where each name was
+    /// used first.
+    unknown_materials: HashMap<String, usize>,
+    /// The `mtllib` statements: number of the line, and the text after the keyword.
+    library_lines: Vec<(usize, String)>,
     /// The device and inode numbers of the MTL files that were read, so that each file is read once, even under several
     /// names.
     libraries: HashSet<(u64, u64)>,
@@ -136,7 +155,7 @@ struct Reader<'a> {
     material: Option<u32>,
     grey: Option<u32>,
     mesh: Building,
-    tally: Tally,
+    ignored: Ignored,
     /// The corners of the current face. The list is used only while a face is processed; it is a field so that its memory is
     /// reused for the next face.
     corners: Vec<Corner>,
@@ -144,9 +163,6 @@ struct Reader<'a> {
     /// face is cut into triangles. The list is used only while a face is processed; it is a field so that its memory is
     /// reused for the next face.
     points: Vec<Vec3>,
-    /// The keywords of unsupported textures, such as `bump`, each once, for one notice at the end. The list may have one
-    /// keyword more than [`MAX_KINDS`], which tells the notice to end with "and others".
-    textures: Vec<String>,
 }
 
 impl<'a> Reader<'a> {
@@ -156,20 +172,47 @@ impl<'a> Reader<'a> {
             positions: Vec::new(),
             center: DVec3::ZERO,
             centered: 0,
-            normals: Vec::new(),
-            coordinates: Vec::new(),
+            attributes: Attributes::default(),
+            smoothing: Smoothing::default(),
             scene: Scene::default(),
             maps: Vec::new(),
-            materials: HashMap::new(),
+            materials: MaterialNames::default(),
+            unknown_materials: HashMap::new(),
+            library_lines: Vec::new(),
             libraries: HashSet::new(),
             library_names: HashSet::new(),
             material: None,
             grey: None,
             mesh: Building::default(),
-            tally: Tally::default(),
+            ignored: Ignored::default(),
             corners: Vec::new(),
             points: Vec::new(),
-            textures: Vec::new(),
+        }
+    }
+
+    /// Reads all statements of the OBJ file. Fails if a statement is wrong, or if none belongs to OBJ although there are
+    /// others.
+    fn read(&mut self, mut file: &File, length: u64, progress: &mut Progress<'_>) -> Result<()> {
+        let unreadable = |cause| Error::input(format!("cannot be read: {cause}"));
+        file.rewind().map_err(unreadable)?;
+        let file = file.try_clone().map_err(unreadable)?;
+        let source = Watched::new(file, progress).take(length);
+        let mut lines = Lines::new(BufReader::with_capacity(1 << 16, source));
+        let mut unknown = None;
+        let mut known = false;
+        while let Some(line) = lines.next()? {
+            if self.statement(&line)? {
+                known = true;
+                continue;
+            }
+            if unknown.is_none() {
+                unknown = Some(line.wrong("is not a statement of OBJ; give an OBJ file"));
+            }
+            self.ignored.unknown_keyword(&line, || line.location());
+        }
+        match unknown {
+            Some(error) if !known => Err(error),
+            _ => Ok(()),
         }
     }
 
@@ -180,13 +223,15 @@ impl<'a> Reader<'a> {
         match line.keyword {
             "v" => {
                 self.positions.push(line.numbers()?.into());
-                if line.words().count() >= 6 {
-                    self.tally
-                        .add("vertex colours are ignored", || line.location());
+                let colors = &mut self.attributes.colors;
+                if !colors.read(line, self.positions.len() - 1) {
+                    let what = "words behind the position of a vertex are ignored";
+                    self.ignored.tally.add(what, || line.location());
                 }
             }
             "vn" => {
-                self.normals.push(DVec3::from(line.numbers()?).as_vec3());
+                let normal = DVec3::from(line.numbers()?).as_vec3();
+                self.attributes.normals.push(normal);
             }
             "vt" => {
                 let mut words = line.words();
@@ -196,7 +241,9 @@ impl<'a> Reader<'a> {
                         .next()
                         .map_or(0.0, |word| word.parse().unwrap_or(f32::NAN))
                 };
-                self.coordinates.push(Vec2::new(number(), number()));
+                self.attributes
+                    .coordinates
+                    .push(Vec2::new(number(), number()));
             }
             "f" | "fo" => self.face(line)?,
             "o" | "g" => {
@@ -204,19 +251,31 @@ impl<'a> Reader<'a> {
                 self.finish_mesh();
                 self.mesh.mesh.name = line.rest.to_owned();
             }
-            "usemtl" => self.use_material(line),
+            "usemtl" => self.use_material(line)?,
             "mtllib" => self.material_library(line)?,
+            "s" => {
+                if !self.smoothing.begin_group(line.rest) {
+                    let what = "smoothing groups that are no numbers are flat";
+                    self.ignored.tally.add(what, || line.location());
+                }
+            }
+            "usemap" => {
+                let what = "textures by usemap are ignored";
+                self.ignored.tally.add(what, || line.location());
+            }
             "p" | "l" => self
+                .ignored
                 .tally
                 .add("points and lines are skipped", || line.location()),
             "curv" | "curv2" | "surf" => self
+                .ignored
                 .tally
                 .add("free-form curves and surfaces are skipped", || {
                     line.location()
                 }),
-            "vp" | "s" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
+            "vp" | "mg" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole"
             | "scrv" | "sp" | "end" | "con" | "bevel" | "c_interp" | "d_interp" | "lod"
-            | "shadow_obj" | "trace_obj" | "ctech" | "stech" | "usemap" | "maplib" => {}
+            | "shadow_obj" | "trace_obj" | "ctech" | "stech" | "maplib" => {}
             _ => return Ok(false),
         }
         Ok(true)
@@ -246,17 +305,23 @@ impl<'a> Reader<'a> {
                 "" => Ok(MISSING),
                 _ => index(line, kind, word, count),
             };
-            let normal = or_missing("normal", normal, self.normals.len())?;
+            let normal = match or_missing("normal", normal, self.attributes.normals.len())? {
+                MISSING => self.smoothing.normal_at(position),
+                SMOOTH.. => return Err(line.wrong("it has a normal beyond 31 bits")),
+                normal => normal,
+            };
+            let all = &self.attributes.coordinates;
             let coordinates = match textured {
-                true => or_missing("texture coordinate", coordinates, self.coordinates.len())?,
+                true => or_missing("texture coordinate", coordinates, all.len())?,
                 false => MISSING,
             };
-            let at = self.coordinates.get(coordinates as usize);
+            let at = all.get(coordinates as usize);
             if at.is_some_and(|at| !at.is_finite()) {
                 return Err(line.wrong("its texture coordinates are not finite"));
             }
             if textured && coordinates == MISSING {
-                self.tally
+                self.ignored
+                    .tally
                     .add("texture coordinates are missing, 0 is used", || {
                         line.location()
                     });
@@ -270,13 +335,14 @@ impl<'a> Reader<'a> {
             });
         }
         if self.corners.len() < 3 {
-            return Err(line.wrong("a face needs three corners"));
+            let what = "faces of fewer than three corners are skipped";
+            self.ignored.tally.add(what, || line.location());
+            return Ok(());
         }
         let Self {
             corners,
             points,
-            normals,
-            coordinates,
+            attributes,
             mesh,
             ..
         } = self;
@@ -284,26 +350,52 @@ impl<'a> Reader<'a> {
         if vertices.max(mesh.mesh.triangles.len() + corners.len()) >= u32::MAX as usize {
             return Err(line.wrong("the object has more than 2³² vertices; split it"));
         }
-        for &corner in corners.iter() {
-            mesh.has_normals |= corner.normal != MISSING;
-        }
+        mesh.has_stated_normals |= corners.iter().any(|corner| corner.normal < SMOOTH);
+        self.smoothing.add_face(corners, points);
         mesh.has_coordinates |= textured;
         triangulate(points, |triangle| {
-            let triangle =
-                triangle.map(|i| mesh.vertex(corners[i], points[i], normals, coordinates));
+            let triangle = triangle.map(|i| mesh.vertex(corners[i], points[i], attributes));
             mesh.push(triangle, material);
         });
         Ok(())
     }
 
-    fn use_material(&mut self, line: &Line) {
-        self.material = self.materials.get(line.rest).copied();
-        if self.material.is_none() {
-            self.tally
-                .add("materials that are in no MTL file are grey (0.8)", || {
-                    format!("{}: {}", line.location(), quoted(line.rest))
+    fn use_material(&mut self, line: &Line) -> Result<()> {
+        let name = line.rest;
+        self.material = match self.materials.find(name) {
+            Named::Exact(material) => Some(material),
+            Named::OtherCase(material) => {
+                let what = "names of materials are matched without regard to letter case";
+                let found = &self.scene.materials[material as usize].name;
+                self.ignored.tally.add(what, || {
+                    let (name, found) = (quoted(name), quoted(found));
+                    format!("{}: {name} is {found}", line.location())
                 });
-        }
+                Some(material)
+            }
+            Named::Unknown => {
+                let what = "materials that are in no MTL file are grey (0.8)";
+                self.ignored
+                    .tally
+                    .add(what, || format!("{}: {}", line.location(), quoted(name)));
+                if !self.unknown_materials.contains_key(name) {
+                    check_memory(line, 2 * (name.len() as u64 + libraries::NAME_BYTES))?;
+                    self.unknown_materials
+                        .insert(name.to_owned(), line.number());
+                }
+                None
+            }
+        };
+        Ok(())
+    }
+
+    /// The first use of a material that was in no MTL file then, but is in one that the file names later: the number of the
+    /// line and the name.
+    fn late_material(&self) -> Option<(usize, &str)> {
+        let used = self.unknown_materials.iter();
+        used.filter(|(name, _)| !matches!(self.materials.find(name), Named::Unknown))
+            .map(|(name, line)| (*line, name.as_str()))
+            .min()
     }
 
     /// The index, among the scene's materials, of the grey material for faces without a material. This function adds the
@@ -319,21 +411,22 @@ impl<'a> Reader<'a> {
     /// Ends the current mesh at an `o` or `g` statement or at the end of the file, and begins an empty one. If the current
     /// mesh has triangles, the mesh and an instance of it are added to the scene; otherwise it is dropped.
     fn finish_mesh(&mut self) {
-        let Building {
-            mut mesh,
-            has_normals,
-            has_coordinates,
-            ..
-        } = std::mem::take(&mut self.mesh);
+        let mut building = std::mem::take(&mut self.mesh);
+        let mut mesh = std::mem::take(&mut building.mesh);
         if mesh.triangles.is_empty() {
             return;
         }
-        if !has_normals {
+        if !building.has_stated_normals && building.smooth.is_empty() {
             mesh.normals = Vec::new();
         }
-        if has_coordinates {
+        if building.has_coordinates {
             mesh.uvs[0].resize(mesh.positions.len(), Vec2::ZERO);
         }
+        if !mesh.colors.is_empty() {
+            mesh.colors.resize(mesh.positions.len(), Vec4::NAN);
+        }
+        self.smoothing
+            .finish_mesh(self.scene.meshes.len(), &mut building);
         join_parts(&mut mesh);
         self.scene.instances.push(Instance {
             name: mesh.name.clone(),
@@ -345,28 +438,19 @@ impl<'a> Reader<'a> {
 
     fn finish(mut self) -> Untextured {
         self.finish_mesh();
+        self.finish_colors();
+        self.smoothing.finish(&mut self.scene);
         if self.grey.is_some() {
-            self.tally
+            self.ignored
+                .tally
                 .add("faces without a material are given one", || {
                     "grey Lambert (0.8)".to_owned()
                 });
         }
-        if !self.textures.is_empty() {
-            let others = match self.textures.len() > MAX_KINDS {
-                true => {
-                    self.textures.truncate(MAX_KINDS);
-                    " and others"
-                }
-                false => "",
-            };
-            let list = self.textures.join(", ") + others;
-            self.tally
-                .add("textures that are not supported are ignored", || list);
-        }
         Untextured {
             scene: self.scene,
             maps: self.maps,
-            tally: self.tally,
+            tally: self.ignored.into_tally(),
         }
     }
 }

@@ -1,29 +1,19 @@
-//! Reads the materials of MTL files: base colour (`Kd`) and emission (`Ke`), roughness (`Pr`) and metalness (`Pm`) if a
-//! material states them, and the textures `map_Kd`, `map_Ke`, `map_Pr`, `map_Pm` and `norm`.
+//! Reads the materials of MTL files: base colour (`Kd`) and emission (`Ke`), opacity (`d`, `Tr`), roughness (`Pr`) and
+//! metalness (`Pm`), and the textures of these properties and of normals.
 
+use super::GREY;
+use super::ignored::Ignored;
 use super::lines::{Line, Lines};
-use super::{GREY, MAX_KINDS};
+use super::map_statements::{self, Map};
 use crate::Result;
-use crate::scene::Material;
 use crate::scene::notices::quoted;
-use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
+use crate::scene::{AlphaMode, Material};
+use glam::{DVec3, Vec3};
 use std::io::BufRead;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// The statements of an MTL file that the reader ignored. The reader of the OBJ file makes notices for the
-/// user from these lists.
-#[derive(Default)]
-pub struct Library {
-    /// The keywords of unsupported textures in the file, such as `bump`, each once. There may be one more than
-    /// [`MAX_KINDS`], which tells the notice that lists them to end with "and others".
-    pub textures: Vec<String>,
-    /// Options of supported textures that the reader ignores although they would change the picture. Each pair is the
-    /// option, such as `-texres`, and where it is, such as `line 12`.
-    pub options: Vec<(String, String)>,
-    /// The names of the materials that the file states as transparent (`d` below 1 or `Tr` above 0). The reader does not
-    /// support transparency and makes these materials opaque; a notice lists the names.
-    pub transparent: Vec<String>,
-}
+/// The keywords that state a factor or its texture, in lower case.
+const FACTORS: [&str; 6] = ["kd", "ke", "pr", "pm", "d", "tr"];
 
 /// The textures that an MTL file states for one material; `None` for a property without a texture. Their images are loaded
 /// later, and only if a face uses the material. The textures are boxed to save memory, because only few materials have any.
@@ -33,229 +23,269 @@ pub struct Maps {
     pub roughness: Option<Box<Map>>,
     pub metallic: Option<Box<Map>>,
     pub emission: Option<Box<Map>>,
+    pub opacity: Option<Box<Map>>,
     pub normal: Option<Box<Map>>,
-    /// The keywords among `Kd`, `Ke` and `Pm` (base colour, emission, metalness) that the file states for the material. If a
-    /// keyword is absent but the material has a texture for this property, the value that multiplies the texture becomes 1.
+    /// The texture of `map_Bump` or `bump`: a normal map or a height map, which only its image shows.
+    pub bump: Option<Box<Map>>,
+    /// The keywords of [`FACTORS`] that the file states for the material. A factor that is absent beside a texture of the
+    /// same property becomes 1.
     stated: Vec<&'static str>,
+    /// The opacity that `Tr` states, 1 if there is no such statement.
+    opacity_by_tr: f32,
 }
 
 impl Maps {
-    /// Sets base colour, emission and metalness of `material` to 1 where it has a texture for the property but the file
-    /// states no factor, so that the texture is not multiplied by a default. Removes the texture of emission if the material
-    /// emits nothing, because the texture would have no effect.
-    fn replace_unstated_factors(&mut self, material: &mut Material) {
-        let alone =
-            |map: &Option<Box<Map>>, factor| map.is_some() && !self.stated.contains(&factor);
-        if alone(&self.base_color, "Kd") {
-            material.base_color = Vec3::ONE;
+    /// Sets each factor that multiplies a texture to 1 if the file states no factor or 0, so that the texture is visible.
+    /// Exporters write 0 for a property that only the texture decides. There is a notice about a stated 0.
+    fn complete_factors(&mut self, material: &mut Material, ignored: &mut Ignored) {
+        let stated = |keyword| self.stated.contains(&keyword);
+        let is_opacity_stated = stated("d") || stated("tr");
+        let name = &material.name;
+        let mut zero = |keyword: &str| {
+            ignored
+                .tally
+                .add("a factor of 0 beside a texture counts as 1", || {
+                    format!("{keyword} of material {}", quoted(name))
+                });
+        };
+        if self.base_color.is_some() && replace(&mut material.base_color, stated("kd")) {
+            zero("Kd");
         }
-        if alone(&self.emission, "Ke") {
-            material.emission = Vec3::ONE;
+        if self.emission.is_some() && replace(&mut material.emission, stated("ke")) {
+            zero("Ke");
         }
-        if alone(&self.metallic, "Pm") {
-            material.metallic = 1.0;
+        if self.roughness.is_some() && replace(&mut material.roughness, stated("pr")) {
+            zero("Pr");
         }
-        // Nothing is seen of a map of what does not emit.
-        if !material.is_emissive() {
-            self.emission = None;
+        if self.metallic.is_some() && replace(&mut material.metallic, stated("pm")) {
+            zero("Pm");
+        }
+        if self.opacity.is_some() && replace(&mut material.alpha, is_opacity_stated) {
+            zero("d");
         }
     }
 
-    /// The textures of the material, in the order of the fields: none to five. The loader reads the image
-    /// file of each.
+    /// Sets the opacity of the material from `d`, or from `Tr` (1 − `d`) if there is no `d`. There is a notice where the two
+    /// contradict each other, since some programs write `Tr` with the meaning of `d`, and where nothing can be seen.
+    fn complete_opacity(&mut self, material: &mut Material, ignored: &mut Ignored) {
+        let has = |keyword| self.stated.contains(&keyword);
+        let mut tell = |what: &str| {
+            let location = || format!("material {}", quoted(&material.name));
+            ignored.tally.add(what, location);
+        };
+        match (has("d"), has("tr")) {
+            (true, true) if (material.alpha - self.opacity_by_tr).abs() > 1e-3 => {
+                tell("Tr is ignored where it contradicts d");
+            }
+            (false, true) => material.alpha = self.opacity_by_tr,
+            _ => {}
+        }
+        if material.alpha == 0.0 && self.opacity.is_none() {
+            tell("materials of opacity 0 (d 0 or Tr 1) cannot be seen");
+        }
+    }
+
+    /// The textures of the material whose images are read, in the order of the fields: none to six. `bump` is one of them
+    /// only without a normal map, which otherwise takes its place.
     pub fn all(&self) -> impl Iterator<Item = &Map> {
         [
             &self.base_color,
             &self.roughness,
             &self.metallic,
             &self.emission,
-            &self.normal,
+            &self.opacity,
+            match self.normal {
+                Some(_) => &self.normal,
+                None => &self.bump,
+            },
         ]
         .into_iter()
         .flatten()
         .map(Box::as_ref)
     }
+
+    /// True if `map`, one of the textures of this material, is that of `map_Bump`.
+    pub fn is_bump(&self, map: &Map) -> bool {
+        self.bump
+            .as_deref()
+            .is_some_and(|bump| std::ptr::eq(bump, map))
+    }
+
+    /// The texture that a keyword in lower case states; `None` if the keyword states no supported texture.
+    fn slot(&mut self, keyword: &str) -> Option<&mut Option<Box<Map>>> {
+        Some(match keyword {
+            "map_kd" => &mut self.base_color,
+            "map_pr" => &mut self.roughness,
+            "map_pm" => &mut self.metallic,
+            "map_ke" => &mut self.emission,
+            "map_d" => &mut self.opacity,
+            "norm" => &mut self.normal,
+            "map_bump" | "bump" => &mut self.bump,
+            _ => return None,
+        })
+    }
 }
 
-/// A texture of an MTL material: the path of an image file, and how the image lies on the surface. When the image is loaded,
-/// the texture of the scene's material is made from it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Map {
-    /// Two possible paths of the image file, both relative to the folder of the OBJ file; the first one that exists is used.
-    /// Some programs write paths relative to the MTL file (the first path), others relative to the OBJ file (the second).
-    pub files: [PathBuf; 2],
-    /// The transform from a vertex's texture coordinates to coordinates in the image, in which the image covers [0, 1]. It
-    /// scales (option `-s`), then adds an offset (option `-o`). v points up before and after it, unlike in the scene.
-    pub transform: Affine2,
-    /// True if the texels at the edge continue beyond the image (option `-clamp on`); false if the image repeats.
-    pub clamp: bool,
-    /// The line on which the MTL file states the texture, as a text for messages: `line 12`.
-    pub location: String,
+/// A colour or a number that multiplies a texture.
+trait Factor: PartialEq + Sized {
+    const ZERO: Self;
+    const ONE: Self;
+}
+
+impl Factor for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+}
+
+impl Factor for Vec3 {
+    const ZERO: Self = Self::ZERO;
+    const ONE: Self = Self::ONE;
+}
+
+/// Sets a factor to 1 if it is not stated or 0. Returns true if it was stated as 0.
+fn replace<F: Factor>(factor: &mut F, is_stated: bool) -> bool {
+    let is_zero = is_stated && *factor == F::ZERO;
+    if is_zero || !is_stated {
+        *factor = F::ONE;
+    }
+    is_zero
 }
 
 /// Reads an MTL file. Appends its materials to `materials`, whose fields for textures stay empty, and appends to `maps` the
-/// textures that the file states for each of these materials. `folder` is the path of the MTL file's folder relative to that
-/// of the OBJ file. Returns what the reader ignored; errors name the line, but not the file, which the caller adds.
+/// textures that the file states for each of these materials. `name` is the path of the MTL file for messages, `folder` the
+/// path of its folder relative to that of the OBJ file. Adds notices about statements without effect to `ignored`. Errors
+/// name the line, but not the file, which the caller adds.
 pub fn read(
     source: impl BufRead,
+    name: &str,
     folder: &Path,
     materials: &mut Vec<Material>,
     maps: &mut Vec<Maps>,
-) -> Result<Library> {
-    let mut library = Library::default();
+    ignored: &mut Ignored,
+) -> Result<()> {
     let first = materials.len();
     let mut lines = Lines::new(source);
     while let Some(line) = lines.next()? {
         if line.keyword == "newmtl" {
             materials.push(Material::lambert(line.rest, GREY));
-            maps.push(Maps::default());
-        } else if let (Some(material), Some(maps)) =
-            (materials[first..].last_mut(), maps.last_mut())
-        {
-            for factor in ["Kd", "Ke", "Pm"] {
-                if line.keyword == factor {
-                    maps.stated.push(factor);
-                }
-            }
-            let seen_through = statement(&line, material)?;
-            let name = &material.name;
-            if seen_through && library.transparent.last() != Some(name) {
-                library.transparent.push(name.clone());
-            }
-            let kind = line.keyword;
-            let followed = match kind {
-                "map_Kd" => Some(&mut maps.base_color),
-                "map_Pr" => Some(&mut maps.roughness),
-                "map_Pm" => Some(&mut maps.metallic),
-                "map_Ke" => Some(&mut maps.emission),
-                "norm" => Some(&mut maps.normal),
-                _ => None,
-            };
-            if let Some(slot) = followed {
-                if kind.starts_with("map_P") {
+            maps.push(Maps {
+                opacity_by_tr: 1.0,
+                ..Maps::default()
+            });
+            continue;
+        }
+        let (Some(material), Some(maps)) = (materials[first..].last_mut(), maps.last_mut()) else {
+            let what = "statements before the first newmtl are ignored";
+            ignored.tally.add(what, || line.location_in(name));
+            continue;
+        };
+        if let Some(factor) = FACTORS.iter().find(|factor| **factor == line.keyword) {
+            self::factor(&line, name, material, maps, ignored)?;
+            maps.stated.push(factor);
+        } else if let Some(slot) = maps.slot(line.keyword) {
+            if let Some(map) = map_statements::read(&line, folder, name, ignored) {
+                *slot = Some(Box::new(map));
+                if line.keyword.starts_with("map_p") {
                     physical(material);
                 }
-                *slot = Some(Box::new(map(&line, folder, &mut library.options)?));
-                continue;
             }
-            let texture =
-                kind.starts_with("map_") || ["bump", "disp", "decal", "refl"].contains(&kind);
-            if texture && library.textures.len() <= MAX_KINDS {
-                let start: String = kind.chars().take(40).collect();
-                let shown = start.escape_debug().to_string();
-                if !library.textures.contains(&shown) {
-                    library.textures.push(shown);
-                }
-            }
+        } else {
+            other(&line, folder, name, ignored);
         }
     }
     for (material, maps) in materials.iter_mut().zip(maps).skip(first) {
-        maps.replace_unstated_factors(material);
+        maps.complete_opacity(material, ignored);
+        maps.complete_factors(material, ignored);
+        if material.alpha < 1.0 {
+            material.alpha_mode = AlphaMode::Blend;
+        }
     }
-    Ok(library)
+    Ok(())
 }
 
-/// Applies a statement to the material if it states a colour or a number that is supported, and ignores other statements.
-/// Returns true if the statement makes the material transparent, which the reader does not support. Fails if the statement's
-/// numbers are wrong.
-fn statement(line: &Line, material: &mut Material) -> Result<bool> {
-    match line.keyword {
-        "Kd" => material.base_color = color(line)?,
-        "Ke" => {
-            material.emission = color(line)?;
-            if material.emission.min_element() < 0.0 {
-                return Err(line.wrong("emission must not be negative"));
-            }
+/// Applies a statement that states a factor to the material; values out of range are clamped, with a notice. `name` is the
+/// path of the MTL file for messages. Fails if the statement's numbers are wrong.
+fn factor(
+    line: &Line,
+    name: &str,
+    material: &mut Material,
+    maps: &mut Maps,
+    ignored: &mut Ignored,
+) -> Result<()> {
+    let mut fraction = |line: &Line| -> Result<f32> {
+        let number = number(line)?;
+        let clamped = number.clamp(0.0, 1.0);
+        if clamped != number {
+            ignored.tally.add("values outside [0, 1] are clamped", || {
+                format!("{} in {}", line.written, line.location_in(name))
+            });
         }
-        "Pr" => {
-            physical(material);
-            material.roughness = fraction(line)?;
-        }
-        "Pm" => {
-            physical(material);
-            material.metallic = fraction(line)?;
-        }
-        "d" => return Ok(number(line)? < 1.0),
-        "Tr" => return Ok(number(line)? > 0.0),
-        _ => {}
-    }
-    Ok(false)
-}
-
-/// Reads a statement that states a texture: its options and the path of its image file. `folder` is the path of the MTL
-/// file's folder relative to that of the OBJ file. Options that are not supported are added to `ignored`, each with its
-/// line. Fails if the path is missing or an option is unknown.
-fn map(line: &Line, folder: &Path, ignored: &mut Vec<(String, String)>) -> Result<Map> {
-    let (mut scale, mut offset, mut clamp) = (Vec2::ONE, Vec2::ZERO, false);
-    let mut rest = line.rest;
-    let next = |rest: &mut &str| {
-        let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-        let word = word.to_owned();
-        *rest = after.trim_start();
-        word
+        Ok(clamped)
     };
-    while rest.starts_with('-') {
-        let option = next(&mut rest);
-        // The numbers that follow: those of the last two words may be the name of the file.
-        let mut numbers = Vec::new();
-        while let Some(number) = (rest.split_once(char::is_whitespace))
-            .and_then(|(word, _)| word.parse::<f32>().ok().filter(|n| n.is_finite()))
-        {
-            numbers.push(number);
-            next(&mut rest);
-        }
-        let pair = |default: f32| {
-            let number = |i: usize| numbers.get(i).copied().unwrap_or(default);
-            Vec2::new(number(0), number(1))
-        };
-        let is_followed = match option.as_str() {
-            "-s" => {
-                scale = pair(1.0);
-                true
+    match line.keyword {
+        "pr" => material.roughness = fraction(line)?,
+        "pm" => material.metallic = fraction(line)?,
+        "d" => material.alpha = fraction(line)?,
+        "tr" => maps.opacity_by_tr = 1.0 - fraction(line)?,
+        keyword => {
+            if matches!(line.words().next(), Some("spectral" | "xyz")) {
+                let what = "colours by spectrum or XYZ are ignored";
+                ignored.tally.add(what, || line.location_in(name));
+            } else if keyword == "kd" {
+                material.base_color = color(line)?;
+            } else {
+                let emission = color(line)?;
+                material.emission = emission.max(Vec3::ZERO);
+                if material.emission != emission {
+                    let what = "negative emission counts as 0";
+                    ignored.tally.add(what, || line.location_in(name));
+                }
             }
-            "-o" => {
-                offset = pair(0.0);
-                true
-            }
-            "-clamp" => {
-                clamp = next(&mut rest) == "on";
-                true
-            }
-            // What others do without them is done here.
-            "-blendu" | "-blendv" => next(&mut rest) == "on",
-            "-cc" => next(&mut rest) == "off",
-            "-mm" => numbers.iter().zip([0.0, 1.0]).all(|(n, usual)| *n == usual),
-            "-bm" => numbers.iter().all(|n| *n == 1.0),
-            "-boost" | "-t" => numbers.iter().all(|n| *n == 0.0),
-            // Roughness and metalness are red.
-            "-imfchan" => next(&mut rest) == "r" && line.keyword.starts_with("map_P"),
-            "-type" => {
-                next(&mut rest);
-                false
-            }
-            "-texres" => false,
-            _ => {
-                return Err(line.wrong(&format!(
-                    "{} is not an option of a texture",
-                    quoted(&option)
-                )));
-            }
-        };
-        if !is_followed {
-            ignored.push((option, line.location()));
         }
     }
-    if rest.is_empty() {
-        return Err(line.wrong("the texture has no file"));
+    if line.keyword.starts_with('p') {
+        physical(material);
     }
-    let file = rest.replace('\\', "/");
-    Ok(Map {
-        // Some programs write paths from the MTL file, others from the OBJ file.
-        files: [folder.join(&file), file.into()],
-        transform: Affine2::from_mat2_translation(Mat2::from_diagonal(scale), offset),
-        clamp,
-        location: line.location(),
-    })
+    if line.words().any(|word| word.eq_ignore_ascii_case("-halo")) {
+        let what = "the option -halo of d is ignored";
+        ignored.tally.add(what, || line.location_in(name));
+    }
+    Ok(())
+}
+
+/// Handles a statement that does not change the material: adds a notice to `ignored` if the statement has an effect in other
+/// programs or if its keyword is unknown. `name` is the path of the MTL file for messages.
+fn other(line: &Line, folder: &Path, name: &str, ignored: &mut Ignored) {
+    match line.keyword {
+        // The specular model of MTL is replaced: materials without `Pr` and `Pm` reflect diffusely.
+        "ka" | "ks" | "ns" | "ni" | "tf" | "illum" | "sharpness" => {}
+        // They shape what `Pc` and `aniso` add.
+        "pcr" | "anisor" => {}
+        "ps" | "pc" | "aniso" => {
+            let has_effect = |word: &str| word.parse() != Ok(0.0);
+            if line.words().any(has_effect) {
+                let what = match line.keyword {
+                    "ps" => "sheen (Ps) is not supported, it is left out",
+                    "pc" => "clear coat (Pc) is not supported, it is left out",
+                    _ => "anisotropy (aniso) is not supported, it is left out",
+                };
+                ignored.tally.add(what, || line.location_in(name));
+            }
+        }
+        "disp" | "decal" | "refl" => unsupported_texture(line, folder, name, ignored),
+        keyword if keyword.starts_with("map_") => {
+            unsupported_texture(line, folder, name, ignored);
+        }
+        _ => ignored.unknown_keyword(line, || line.location_in(name)),
+    }
+}
+
+/// Adds a notice about a texture that is not supported, or that names no file.
+fn unsupported_texture(line: &Line, folder: &Path, name: &str, ignored: &mut Ignored) {
+    match line.rest {
+        "" => drop(map_statements::read(line, folder, name, ignored)),
+        _ => ignored.unsupported_texture(line),
+    }
 }
 
 /// Adds the specular lobe of the metallic-roughness model to the material. MTL materials begin as Lambert materials, which
@@ -273,19 +303,11 @@ fn color(line: &Line) -> Result<Vec3> {
     line.numbers().map(|color| DVec3::from(color).as_vec3())
 }
 
-fn fraction(line: &Line) -> Result<f32> {
-    let number = number(line)?;
-    if (0.0..=1.0).contains(&number) {
-        return Ok(number);
-    }
-    Err(line.wrong(&format!("{number} is not within 0 and 1")))
-}
-
 fn number(line: &Line) -> Result<f32> {
     // `d -halo 0.5`: the number is the last word.
     let word = line
         .words()
         .last()
         .ok_or_else(|| line.wrong("a number is needed"))?;
-    line.number(word).map(|number| number as f32)
+    line.parse(word).map(|number| number as f32)
 }
