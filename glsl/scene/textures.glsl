@@ -63,10 +63,10 @@ vec4 texel_at(GpuTexture used, ivec2 i, uvec2 wrap, bool is_color) {
                 float(texel >> 24u) / 255.0);
 }
 
-bool is_nearest(GpuTexture used) {
-    if (HAS_DEEP_TEXTURES) return (used.flags & TEXTURE_NEAREST) != 0u;
+bool interpolates(GpuTexture used) {
+    if (HAS_DEEP_TEXTURES) return (used.flags & TEXTURE_NEAREST) == 0u;
     // There is no other flag.
-    return used.flags != 0u;
+    return used.flags == 0u;
 }
 
 // A texture at texture coordinates.
@@ -75,9 +75,8 @@ vec4 texture_at(GpuTexture used, vec2 uv, bool is_color) {
     vec2 at = used.column_u * uv.x + used.column_v * uv.y + used.offset;
     at = vec2(within_period(at.x, wrap.x), within_period(at.y, wrap.y)) * vec2(used.width, used.height);
     // Centres of texels are at halves.
-    bool interpolates = !is_nearest(used);
-    if (interpolates) at -= 0.5;
-    vec2 corner = floor(at), part = interpolates ? at - corner : vec2(0.0);
+    if (interpolates(used)) at -= 0.5;
+    vec2 corner = floor(at), part = interpolates(used) ? at - corner : vec2(0.0);
     vec4 rows[2];
     for (int y = 0; y < 2; y += 1) {
         ivec2 i = ivec2(corner) + ivec2(0, y);

@@ -280,7 +280,6 @@ fn is_positive(factors: Vec3) -> bool {
 
 #[cfg(test)]
 mod tests {
-
     use crate::scene::Environment;
     use std::fs::File;
 

@@ -285,7 +285,7 @@ fn sixteen_bits_are_kept_in_what_is_put_together() {
     folder.write("m.mtl", "newmtl a\nmap_Pr grey.png\nmap_Pm deep.png\n");
     let scene = folder.load(
         "scene.obj",
-        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n".to_owned(),
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n",
     );
     let texture = scene.materials[0].metallic_roughness_texture.unwrap();
     let image = &scene.images[texture.image as usize];

@@ -73,10 +73,10 @@ impl Environment {
             .iter_mut()
             .filter(|texel| is_bad(texel))
         {
-            // `max` replaces NaN.
+            // `max` puts 0 in place of NaN.
             *texel = texel
                 .to_array()
-                .map(|value| value.max(0.0).min(BRIGHTEST))
+                .map(|value| value.max(0.0).clamp(0.0, BRIGHTEST))
                 .into();
         }
         Ok(())
