@@ -5,21 +5,10 @@ use super::damaged;
 use super::nodes::{Placed, is_rotation};
 use crate::{Error, Result};
 use glam::{DAffine3, DQuat, DVec3};
-use serde::Deserialize;
-use std::collections::BTreeMap;
 
 /// The memory that one instance takes in the scene and its motion, in bytes, rounded up. The name of the node, which each
 /// instance gets, is not included.
 const INSTANCE_BYTES: u128 = 512;
-
-/// The extension `EXT_mesh_gpu_instancing` of a node.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct Instancing {
-    /// The accessors of `TRANSLATION`, `ROTATION` and `SCALE`, each with one element per instance. Other attributes are for
-    /// programs that know them, and are ignored.
-    pub attributes: BTreeMap<String, u64>,
-}
 
 /// The transforms from the instances of a node to the node itself. `None` if the node shows its mesh once, because it does not
 /// have the extension, or only attributes that do not place instances. Fails if an accessor or a transform is wrong, or if

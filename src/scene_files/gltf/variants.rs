@@ -1,36 +1,6 @@
 //! Chooses among the material variants of a glTF file (`KHR_materials_variants`).
 
-use super::document::Document;
-use serde::Deserialize;
-
-/// The extension `KHR_materials_variants` of the document: the variants among which a user can choose.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct Variants {
-    pub variants: Vec<Variant>,
-}
-
-/// A material variant, such as a colour in which a product is sold.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct Variant {
-    pub name: String,
-}
-
-/// The extension `KHR_materials_variants` of a primitive: its materials in the variants.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct Mappings {
-    pub mappings: Vec<Mapping>,
-}
-
-/// The material that a primitive has in some variants. Both are indices into the lists of the document.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct Mapping {
-    pub material: Option<u64>,
-    pub variants: Vec<u64>,
-}
+use super::document::{Document, Mapping};
 
 /// The names of the material variants of the document, in the order of the file.
 pub fn names(document: &Document) -> Vec<String> {

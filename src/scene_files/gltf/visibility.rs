@@ -2,29 +2,6 @@
 //! (`MSFT_lod`).
 
 use super::document::Document;
-use serde::Deserialize;
-
-/// The extension `KHR_node_visibility` of a node.
-#[derive(Debug, Deserialize)]
-#[serde(default)]
-pub struct Visibility {
-    /// False if meshes and lights of the node and of its descendants are not shown. Cameras are not affected.
-    pub visible: bool,
-}
-
-impl Default for Visibility {
-    fn default() -> Self {
-        Self { visible: true }
-    }
-}
-
-/// The extension `MSFT_lod` of a node, which is itself the finest level of detail.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct Levels {
-    /// The indices of the nodes that a program may show in place of this node, where it is small in the picture.
-    pub ids: Vec<u64>,
-}
 
 /// For each node of the document, true if the node itself is hidden or is a coarser level of detail of another node. Then its
 /// descendants are not shown either, which the caller passes on, because their own entries may be false.

@@ -328,6 +328,32 @@ fn asset(asset: Value) -> Gltf {
     Gltf::triangle().with(|json| json["asset"] = asset)
 }
 
+/// Instances that move, material variants, hidden nodes, levels of detail, and a root that is a child too.
+fn copied() -> Gltf {
+    let mut file = moving();
+    let places = file.add_vectors(&[[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]);
+    file.with(|json| {
+        json["extensions"] = json!({ "KHR_materials_variants": {
+            "variants": [{ "name": "a" }, { "name": "b" }],
+        } });
+        json["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_materials_variants": {
+            "mappings": [{ "material": 0, "variants": [0] }],
+        } });
+        json["nodes"][0]["extensions"] = json!({
+            "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places, "SCALE": places } },
+            "MSFT_lod": { "ids": [1] },
+        });
+        let extensions = json!({ "KHR_node_visibility": { "visible": false } });
+        push(
+            &mut json["nodes"],
+            json!({ "mesh": 0, "extensions": extensions }),
+        );
+        let last = json["nodes"].as_array().map_or(0, Vec::len) - 1;
+        json["nodes"][1]["children"] = json!([last]);
+        push(&mut json["scenes"][0]["nodes"], last.into());
+    })
+}
+
 fn features() -> Vec<(&'static str, Gltf)> {
     vec![
         ("plain", Gltf::triangle()),
@@ -339,6 +365,7 @@ fn features() -> Vec<(&'static str, Gltf)> {
         ("shared", shared()),
         ("other-textures", other_textures()),
         ("odd-nodes", odd_nodes()),
+        ("copied", copied()),
         ("old", asset(json!({ "version": "1.0" }))),
         (
             "minimum",

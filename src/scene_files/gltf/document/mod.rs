@@ -11,9 +11,9 @@
 //!   interpolations, alpha modes, and the path `pointer` of an animation, which Headwater supports;
 //! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
-use super::instancing::Instancing;
-use super::variants::{Mappings, Variants};
-use super::visibility::{Levels, Visibility};
+mod extensions;
+
+pub use extensions::*;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -274,82 +274,6 @@ pub struct Node {
     pub extensions: NodeExtensions,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct NodeExtensions {
-    #[serde(rename = "KHR_lights_punctual")]
-    pub light: Option<NodeLight>,
-    #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub instancing: Option<Instancing>,
-    #[serde(rename = "KHR_node_visibility")]
-    pub visibility: Visibility,
-    #[serde(rename = "MSFT_lod")]
-    pub levels: Levels,
-}
-
-#[derive(Debug, Deserialize)]
-pub struct NodeLight {
-    pub light: u64,
-}
-
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct DocumentExtensions {
-    #[serde(rename = "KHR_lights_punctual")]
-    pub lights: Lights,
-    #[serde(rename = "KHR_materials_variants")]
-    pub variants: Variants,
-}
-
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct Lights {
-    pub lights: Vec<Light>,
-}
-
-/// A punctual light, as `KHR_lights_punctual` defines it; nodes place it in the scene. The numbers are in the units of that
-/// extension: candela, or lux for directional lights; metres; radians.
-#[derive(Debug, Deserialize)]
-#[serde(default)]
-pub struct Light {
-    pub name: String,
-    #[serde(rename = "type")]
-    pub kind: String,
-    pub color: [f32; 3],
-    pub intensity: f32,
-    pub range: Option<f64>,
-    pub spot: Spot,
-}
-
-impl Default for Light {
-    fn default() -> Self {
-        Self {
-            name: String::new(),
-            kind: String::new(),
-            color: [1.0; 3],
-            intensity: 1.0,
-            range: None,
-            spot: Spot::default(),
-        }
-    }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub struct Spot {
-    pub inner_cone_angle: f64,
-    pub outer_cone_angle: f64,
-}
-
-impl Default for Spot {
-    fn default() -> Self {
-        Self {
-            inner_cone_angle: 0.0,
-            outer_cone_angle: std::f64::consts::FRAC_PI_4,
-        }
-    }
-}
-
 #[derive(Debug, Deserialize)]
 pub struct Camera {
     #[serde(default)]
@@ -383,13 +307,6 @@ pub struct Primitive {
     pub targets: Vec<IgnoredAny>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
-}
-
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub struct PrimitiveExtensions {
-    #[serde(rename = "KHR_materials_variants")]
-    pub variants: Mappings,
 }
 
 #[derive(Debug, Default, Deserialize)]
