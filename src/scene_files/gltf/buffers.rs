@@ -84,7 +84,7 @@ pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
     /// One entry per buffer, in the order of the document: the index in `copies` of the buffer's bytes (`None` if they are
-    /// in the binary chunk), then the length of the buffer in bytes.
+    /// in the binary chunk), then the length of the buffer in bytes, which is 0 for a buffer that is only a fallback.
     sources: Vec<(Option<usize>, usize)>,
 }
 
@@ -102,7 +102,7 @@ impl<'a> Buffers<'a> {
         let files = document
             .buffers
             .iter()
-            .filter(|buffer| buffer.file().is_some());
+            .filter(|buffer| buffer.file().is_some() && !buffer.extensions.is_fallback());
         let longest = files.map(|buffer| buffer.byte_length).max();
         let mut buffers = Self {
             copies: Vec::new(),
@@ -111,6 +111,10 @@ impl<'a> Buffers<'a> {
         };
         let mut known: HashMap<(u64, u64), usize> = HashMap::new();
         for (index, buffer) in document.buffers.iter().enumerate() {
+            if buffer.extensions.is_fallback() {
+                buffers.sources.push((None, 0));
+                continue;
+            }
             let what = format!("buffer {index}");
             let source = match (&buffer.uri, binary) {
                 (None, Some(_)) if index == 0 => None,

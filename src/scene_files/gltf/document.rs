@@ -11,7 +11,9 @@
 //!   interpolations, alpha modes, and the path `pointer` of an animation, which Headwater supports;
 //! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
+use super::draco;
 use super::instancing::Instancing;
+use super::meshopt;
 use super::variants::{Mappings, Variants};
 use super::visibility::{Levels, Visibility};
 use serde::Deserialize;
@@ -376,6 +378,8 @@ pub struct Primitive {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<draco::Compression>,
     #[serde(rename = "KHR_materials_variants")]
     pub variants: Mappings,
 }
@@ -424,7 +428,7 @@ pub struct Sampler {
     pub interpolation: Option<String>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Accessor {
     pub buffer_view: Option<u64>,
@@ -463,7 +467,7 @@ pub struct SparseValues {
     pub byte_offset: u64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct BufferView {
     pub buffer: u64,
@@ -471,6 +475,8 @@ pub struct BufferView {
     pub byte_offset: u64,
     pub byte_length: u64,
     pub byte_stride: Option<u64>,
+    #[serde(default)]
+    pub extensions: meshopt::ViewExtensions,
 }
 
 #[derive(Debug, Deserialize)]
@@ -478,6 +484,8 @@ pub struct BufferView {
 pub struct Buffer {
     pub uri: Option<String>,
     pub byte_length: u64,
+    #[serde(default)]
+    pub extensions: meshopt::BufferExtensions,
 }
 
 impl Buffer {

@@ -9,12 +9,14 @@ mod accessors;
 mod animations;
 mod buffers;
 mod document;
+mod draco;
 mod extensions;
 mod instancing;
 mod json;
 mod lights;
 mod materials;
 mod meshes;
+mod meshopt;
 mod nodes;
 mod textures;
 mod unfolding;
@@ -48,10 +50,14 @@ pub(super) fn read(
         variants::choose(&mut document, name);
     }
 
-    let placed = nodes::placed(&document, &mut tally)?;
     let buffers = Buffers::load(&document, binary.as_deref(), folder, progress)?;
-    let slices = buffers.slices();
     let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
+    let mut slices = buffers.slices();
+    let views = meshopt::decode(&mut document, &slices, &unfolding, progress)?;
+    slices.extend(views.iter().map(Vec::as_slice));
+    let elements = draco::decode(&mut document, &slices, &unfolding, progress)?;
+    slices.extend(elements.iter().map(Vec::as_slice));
+    let placed = nodes::placed(&document, &mut tally)?;
     let accessors = Accessors {
         document: &document,
         buffers: &slices,

@@ -12,13 +12,14 @@ pub const GLTF_KEYS: &str = r"
     path pointer input output interpolation lights light color intensity range spot innerConeAngle outerConeAngle ior
     specularFactor specularColorFactor specularTexture specularColorTexture emissiveStrength EXT_texture_webp
     KHR_texture_basisu KHR_animation_pointer KHR_lights_punctual KHR_materials_emissive_strength KHR_materials_ior
-    KHR_materials_specular KHR_materials_unlit KHR_mesh_quantization KHR_texture_transform
+    KHR_materials_specular KHR_materials_unlit KHR_mesh_quantization KHR_texture_transform KHR_draco_mesh_compression
+    EXT_meshopt_compression KHR_meshopt_compression filter fallback
 ";
 
 /// Texts that are values of glTF.
 pub const GLTF_TEXTS: &str = r"
     2.0 2.1 1.0 SCALAR VEC2 VEC3 VEC4 MAT4 perspective orthographic LINEAR STEP CUBICSPLINE translation rotation scale
-    weights pointer OPAQUE MASK BLEND point spot directional image/png image/jpeg /materials/0/emissiveFactor
+    weights pointer ATTRIBUTES TRIANGLES INDICES NONE OCTAHEDRAL QUATERNION EXPONENTIAL COLOR OPAQUE MASK BLEND point spot directional image/png image/jpeg /materials/0/emissiveFactor
     /materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength /nodes/0/translation /nodes/0/rotation
     /nodes/0/scale wall.png ./wall.jpg ../wall.png lost.png data:;base64, data:application/octet-stream;base64,AAAA
     a%20b %zz http://a/b
