@@ -5,6 +5,7 @@ pub mod export;
 mod gltf;
 mod image_files;
 mod images;
+mod ktx2;
 mod load;
 mod obj;
 mod open;

@@ -1,7 +1,8 @@
-//! Tests of compressed meshes in glTF files: what is decoded equals the mesh before compression, within the steps of the
-//! encoder. The mesh is a grid of 5 × 4 vertices (x, y) at the height x · y / 8.
+//! Tests of compressed meshes and images in glTF files: what is decoded equals the mesh or the image before compression,
+//! within the steps of the encoder. The mesh is a grid of 5 × 4 vertices (x, y) at the height x · y / 8.
 
 mod draco;
+mod ktx2;
 mod meshopt;
 
 use crate::files::{Folder, Gltf};

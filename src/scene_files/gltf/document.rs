@@ -207,7 +207,7 @@ pub struct TextureExtensions {
     #[serde(rename = "EXT_texture_webp")]
     pub webp: Option<TextureSource>,
     #[serde(rename = "KHR_texture_basisu")]
-    pub basisu: Option<IgnoredAny>,
+    pub basisu: Option<TextureSource>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -5,7 +5,7 @@ use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 
 /// The glTF extensions that are supported.
-const SUPPORTED: [&str; 16] = [
+const SUPPORTED: [&str; 17] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -20,6 +20,7 @@ const SUPPORTED: [&str; 16] = [
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     LEVELS_OF_DETAIL,
 ];
