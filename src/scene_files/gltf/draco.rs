@@ -40,9 +40,10 @@ const READ: [&str; 6] = [
 /// The memory that one value of an attribute takes after decoding, in bytes: four floats, the largest value that meshes use.
 const VALUE_BYTES: u64 = 16;
 
-/// The number of bytes that a compressed mesh may have after decoding, relative to the number that its accessors state. A
-/// compressed mesh may have a few more vertices than its accessors state, and values of 64 bits. More than this is damage.
-const TOLERANCE: u64 = 2;
+/// The number of bytes that a compressed mesh may have after decoding, for each vertex that its accessors state; more is
+/// damage. Vertices with all attributes in use have less than half of it, so a mesh may have some attributes and vertices
+/// that its primitive does not state.
+const MAX_VERTEX_BYTES: u64 = 512;
 
 /// A compressed mesh to decode. Primitives with equal compressed data and accessors share one.
 struct Job<'a> {
@@ -131,10 +132,9 @@ impl<'a> Job<'a> {
         Ok(Self {
             bytes: accessors.view(&what, compression.buffer_view)?,
             limits: DecodeLimits::default()
-                .with_max_points(TOLERANCE.saturating_mul(points))
                 // A strip has almost as many triangles as corners.
                 .with_max_faces(corners)
-                .with_max_decoded_bytes((TOLERANCE * VALUE_BYTES).saturating_mul(values)),
+                .with_max_decoded_bytes(MAX_VERTEX_BYTES.saturating_mul(points)),
             what,
             primitive,
             compression,

@@ -114,6 +114,14 @@ fn draco_data_precede_fallbacks_strips_and_counts() {
     }
     file.primitive()["mode"] = 5.into();
     check_triangles(&load(&file).meshes[0], STREAMS[0].2, 1);
+    // The data may have attributes that the primitive does not state.
+    let mut file = high();
+    let attributes = &mut compression(&mut file)["attributes"];
+    *attributes = json!({ "POSITION": attributes["POSITION"] });
+    let positions = file.primitive()["attributes"]["POSITION"].clone();
+    file.primitive()["attributes"] = json!({ "POSITION": positions });
+    file.json["materials"] = json!([{}]);
+    check_triangles(&load(&file).meshes[0], STREAMS[0].2, 1);
     // The data decide how many vertices there are.
     let file = high().with(|json| {
         let positions = json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].clone();
