@@ -11,7 +11,7 @@ use std::path::Path;
 /// memory. Even an uncompressed image with the largest permitted width and height is smaller.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// Reads the whole content of an image file, still encoded as PNG, JPEG or WebP. `what` is the element of the scene that
+/// Reads the whole content of an image file, still encoded, such as PNG. `what` is the element of the scene that
 /// names the file, for messages.
 ///
 /// # Errors

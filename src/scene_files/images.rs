@@ -1,6 +1,7 @@
-//! Decodes the images of textures (PNG, JPEG, WebP) to RGBA with 8 bits per channel, or with 16 if the file has them. It
+//! Decodes the images of textures (PNG, JPEG, WebP, KTX2) to RGBA with 8 bits per channel, or with 16 if a PNG file has them. It
 //! limits the sizes that files may state in their headers, so that a small file cannot fill the memory.
 
+use super::ktx2;
 use super::progress::Progress;
 use crate::base::memory;
 use crate::base::panics::caught;
@@ -33,7 +34,7 @@ const TEXELS_AT_ONCE: u64 = MAX_SIZE as u64 * MAX_SIZE as u64;
 /// larger when they are decoded.
 const MAX_METADATA: u64 = 16 << 20;
 
-/// The content of a PNG, JPEG or WebP file that is not decoded yet, with two names of the image for messages. Loaders
+/// The content of a PNG, JPEG, WebP or KTX2 file that is not decoded yet, with two names of the image for messages. Loaders
 /// collect one for each image of a scene, so that [`decode`] can decode several in parallel.
 pub(super) struct Encoded<'a> {
     /// The element of the scene's file that contains or names the image, such as `image 3`, for messages.
@@ -41,7 +42,7 @@ pub(super) struct Encoded<'a> {
     /// The path of the image's file as the scene states it or, for an image without a file, the name of the image in the
     /// scene's file. It may be empty. Messages show it, and it becomes the name of the decoded image.
     pub name: String,
-    /// The whole content of a PNG, JPEG or WebP file. The format is recognised from these bytes, not from the name.
+    /// The whole content of a PNG, JPEG, WebP or KTX2 file. The format is recognised from these bytes, not from the name.
     pub bytes: Cow<'a, [u8]>,
 }
 
@@ -75,7 +76,7 @@ impl TexelCount {
 /// texels of the scene's images so far; the texels of these images are added to it.
 ///
 /// # Errors
-/// An image is not a PNG, JPEG or WebP file, is damaged, or is larger than [`MAX_SIZE`]; the scene's images have more than
+/// An image is not a PNG, JPEG, WebP or KTX2 file, is damaged, or is larger than [`MAX_SIZE`]; the scene's images have more than
 /// [`MAX_TEXELS`] texels or need more memory than there is; or the callback of `progress` returns an error.
 pub(super) fn decode(
     encoded: &[Encoded<'_>],
@@ -170,12 +171,36 @@ impl Encoded<'_> {
     }
 
     /// The number of texels of the image, computed from the width and the height in the header of its file. It is doubled for
-    /// an image with 16 bits per channel, as in [`Image::texels`]. Fails if the header is damaged, if the format is not PNG, JPEG or WebP, or if the width or the height is 0 or above [`MAX_SIZE`].
+    /// an image with 16 bits per channel, as in [`Image::texels`]. Fails if the header is damaged, if the format is not PNG,
+    /// JPEG, WebP or KTX2, or if the width or the height is 0 or above [`MAX_SIZE`].
     fn texels(&self) -> Result<u64> {
-        let (decoder, _) = self.decoder()?;
-        let (width, height) = decoder.dimensions();
-        let entries = if is_deep(decoder.color_type()) { 2 } else { 1 };
+        let (width, height, entries) = if ktx2::is_ktx2(&self.bytes) {
+            let (width, height) = self.ktx2_size()?;
+            (width, height, 1)
+        } else {
+            let (decoder, _) = self.decoder()?;
+            let (width, height) = decoder.dimensions();
+            let entries = if is_deep(decoder.color_type()) { 2 } else { 1 };
+            (width, height, entries)
+        };
         Ok(entries * u64::from(width) * u64::from(height))
+    }
+
+    /// The width and the height of a KTX2 file, in texels. Fails if the file is not one that can be decoded, or if the width
+    /// or the height is 0 or above [`MAX_SIZE`].
+    fn ktx2_size(&self) -> Result<(u32, u32)> {
+        let size = ktx2::size(&self.bytes).map_err(|cause| self.damaged(cause))?;
+        self.check_size(size)?;
+        Ok(size)
+    }
+
+    fn check_size(&self, (width, height): (u32, u32)) -> Result<()> {
+        if width > MAX_SIZE || height > MAX_SIZE || width == 0 || height == 0 {
+            return Err(self.wrong(format!(
+                "has {width} × {height} texels, it must be 1 to {MAX_SIZE} each way; scale it"
+            )));
+        }
+        Ok(())
     }
 
     /// A decoder that has read the header of the file but no texels yet, and the format of the file. Fails if the format is
@@ -191,19 +216,25 @@ impl Encoded<'_> {
         let Some(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) =
             reader.format()
         else {
-            return Err(self.wrong("is neither PNG, JPEG nor WebP; convert it to one of them"));
+            return Err(self.wrong("is not PNG, JPEG, WebP or KTX2; convert it to one of them"));
         };
         let decoder = reader.into_decoder().map_err(|cause| self.damaged(cause))?;
-        let (width, height) = decoder.dimensions();
-        if width > MAX_SIZE || height > MAX_SIZE || width == 0 || height == 0 {
-            return Err(self.wrong(format!(
-                "has {width} × {height} texels, it must be 1 to {MAX_SIZE} each way; scale it"
-            )));
-        }
+        self.check_size(decoder.dimensions())?;
         Ok((decoder, format))
     }
 
     fn decode(&self) -> Result<Image> {
+        if ktx2::is_ktx2(&self.bytes) {
+            let (width, height) = self.ktx2_size()?;
+            let decoded = ktx2::decode(&self.bytes).map_err(|cause| self.damaged(cause))?;
+            let texels: &[[u8; 4]] = bytemuck::cast_slice(&decoded);
+            return Ok(Image {
+                name: self.name.clone(),
+                width,
+                height,
+                texels: texels.into(),
+            });
+        }
         let (decoder, format) = self.decoder()?;
         // Some decoders accept a truncated file without an error, and invent the missing texels.
         let is_whole = match format {

@@ -6,6 +6,7 @@ mod gltf;
 mod hdr;
 mod image_files;
 mod images;
+mod ktx2;
 mod load;
 mod obj;
 mod open;

@@ -139,14 +139,14 @@ fn broken_images_are_one_line() {
         (&lying_png(60_000, 3), "60000 × 3 texels"),
         (&lying_png(0, 3), "cannot be decoded"),
         (&png[..20], "cannot be decoded"),
-        (b"", "neither PNG, JPEG nor WebP"),
-        (b"no picture at all", "neither PNG, JPEG nor WebP"),
+        (b"", "not PNG, JPEG, WebP or KTX2"),
+        (b"no picture at all", "not PNG, JPEG, WebP or KTX2"),
         // What the environment may be.
         (
             b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x80",
-            "neither PNG, JPEG nor WebP",
+            "not PNG, JPEG, WebP or KTX2",
         ),
-        (b"BM", "neither PNG, JPEG nor WebP"),
+        (b"BM", "not PNG, JPEG, WebP or KTX2"),
         (b"RIFF\x04\0\0\0WEBP", "cannot be decoded"),
     ];
     for (bytes, part) in cases {

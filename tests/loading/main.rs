@@ -2,6 +2,7 @@
 //! the element, never in a panic.
 
 mod animations;
+mod compression;
 mod environments;
 mod exr;
 mod file_names;

@@ -329,23 +329,28 @@ impl<'a> Accessors<'a> {
                 views.len()
             )));
         };
-        let Some(buffer) = get(self.buffers, found.buffer) else {
+        let range = (found.byte_offset, found.byte_length);
+        self.bytes(&format!("bufferView {view}"), found.buffer, range)
+    }
+
+    /// The bytes of the buffer at the index `buffer` that begin at byte `offset` and are `length` bytes long. `what` names
+    /// the user of these bytes in messages. Fails if there is no such buffer, or if it has fewer bytes.
+    pub fn bytes(&self, what: &str, buffer: u64, (offset, length): (u64, u64)) -> Result<&'a [u8]> {
+        let Some(bytes) = get(self.buffers, buffer) else {
             return Err(damaged(format!(
-                "bufferView {view}: buffer {} is out of range, there are {}",
-                found.buffer,
+                "{what}: buffer {buffer} is out of range, there are {}",
                 self.buffers.len()
             )));
         };
-        let buffer = buffer.map_err(Error::input)?;
-        let end = u128::from(found.byte_offset) + u128::from(found.byte_length);
-        if end > buffer.len() as u128 {
+        let bytes = bytes.map_err(Error::input)?;
+        let end = u128::from(offset) + u128::from(length);
+        if end > bytes.len() as u128 {
             return Err(damaged(format!(
-                "bufferView {view} ends at byte {end}, but buffer {} has {}",
-                found.buffer,
-                buffer.len()
+                "{what} ends at byte {end}, but buffer {buffer} has {}",
+                bytes.len()
             )));
         }
-        Ok(&buffer[found.byte_offset as usize..end as usize])
+        Ok(&bytes[offset as usize..end as usize])
     }
 
     /// The bytes of `count` elements of `size` bytes each, which start at byte `offset` of the buffer view with the index

@@ -83,7 +83,7 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
 pub struct Buffers<'a> {
     copies: Vec<Vec<u8>>,
     binary: &'a [u8],
-    /// One entry per buffer, in the order of the document.
+    /// One entry per buffer, in the order of the document. The length of a buffer that is only a fallback is 0.
     sources: Vec<Source>,
 }
 
@@ -111,7 +111,7 @@ impl<'a> Buffers<'a> {
         let files = document
             .buffers
             .iter()
-            .filter(|buffer| buffer.file().is_some());
+            .filter(|buffer| buffer.file().is_some() && !buffer.extensions.is_fallback());
         let longest = files.map(|buffer| buffer.byte_length).max();
         let mut buffers = Self {
             copies: Vec::new(),
@@ -120,6 +120,10 @@ impl<'a> Buffers<'a> {
         };
         let mut known: HashMap<(u64, u64), usize> = HashMap::new();
         for (index, buffer) in document.buffers.iter().enumerate() {
+            if buffer.extensions.is_fallback() {
+                buffers.sources.push(Ok((None, 0)));
+                continue;
+            }
             let what = format!("buffer {index}");
             let source = match (&buffer.uri, binary) {
                 (None, Some(_)) if index == 0 => None,

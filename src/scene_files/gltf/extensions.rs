@@ -5,10 +5,12 @@ use crate::scene::notices::{Tally, quoted};
 use crate::{Error, Result};
 
 /// The glTF extensions that are supported.
-const SUPPORTED: [&str; 13] = [
+const SUPPORTED: [&str; 17] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -16,7 +18,9 @@ const SUPPORTED: [&str; 13] = [
     "KHR_materials_unlit",
     "KHR_materials_variants",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     LEVELS_OF_DETAIL,
 ];

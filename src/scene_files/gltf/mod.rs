@@ -9,12 +9,14 @@ mod accessors;
 mod animations;
 mod buffers;
 mod document;
+mod draco;
 mod extensions;
 mod instancing;
 mod json;
 mod lights;
 mod materials;
 mod meshes;
+mod meshopt;
 mod nodes;
 mod textures;
 mod unfolding;
@@ -50,10 +52,14 @@ pub(super) fn read(
         variants::choose(&mut document, name);
     }
 
-    let placed = nodes::placed(&document, &mut tally)?;
     let buffers = Buffers::load(&document, binary.as_deref(), folder, progress, &mut tally)?;
-    let contents = buffers.contents();
     let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
+    let mut contents = buffers.contents();
+    let views = meshopt::decode(&mut document, &contents, &unfolding, progress)?;
+    contents.extend(views.iter().map(|view| Ok(view.as_slice())));
+    let elements = draco::decode(&mut document, &contents, &unfolding, progress)?;
+    contents.extend(elements.iter().map(|element| Ok(element.as_slice())));
+    let placed = nodes::placed(&document, &mut tally)?;
     let accessors = Accessors {
         document: &document,
         buffers: &contents,

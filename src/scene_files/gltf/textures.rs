@@ -72,7 +72,7 @@ impl Reading<'_, '_> {
     }
 }
 
-/// The source of the encoded bytes of an image (PNG, JPEG or WebP): a file, a data URI or a buffer view. The
+/// The source of the encoded bytes of an image (PNG, JPEG, WebP or KTX2): a file, a data URI or a buffer view. The
 /// bytes are read only if no earlier image has the same source.
 enum Source<'a> {
     File(SceneFile),
@@ -229,7 +229,7 @@ impl<'a> Textures<'a> {
     }
 
     /// The index, in the file's list of images, of the image that the texture with the index `texture` uses. If the texture
-    /// has two images, the WebP image is preferred. Fails if an index is out of range or the texture has no supported image;
+    /// has several images, the WebP image is preferred, then the KTX2 image. Fails if an index is out of range or the texture has no supported image;
     /// `what` is the use of the texture in the error, such as `normal texture of material 3`.
     fn image_of(&self, what: &str, texture: u64) -> Result<usize> {
         let document = self.document;
@@ -239,14 +239,11 @@ impl<'a> Textures<'a> {
                 document.textures.len()
             )));
         };
-        let webp = found.extensions.webp.as_ref().map(|webp| webp.source);
-        let Some(source) = webp.or(found.source) else {
-            let format = match found.extensions.basisu {
-                Some(_) => "needs the extension KHR_texture_basisu, which is not supported",
-                None => "has no image",
-            };
+        let extensions = &found.extensions;
+        let preferred = extensions.webp.as_ref().or(extensions.basisu.as_ref());
+        let Some(source) = preferred.map(|image| image.source).or(found.source) else {
             return Err(Error::input(format!(
-                "{what}: texture {texture} {format}; export it with PNG, JPEG or WebP images"
+                "{what}: texture {texture} has no image; export it with PNG, JPEG, WebP or KTX2 images"
             )));
         };
         match usize::try_from(source) {
@@ -332,7 +329,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The bytes of the image in its encoding (PNG, JPEG or WebP), read from this source. Fails if the file cannot be read,
+    /// The bytes of the image in its encoding (PNG, JPEG, WebP or KTX2), read from this source. Fails if the file cannot be read,
     /// the data URI is not base64, or the buffer view is out of range. `what` is the image's name in messages.
     fn read<'b>(
         self,

@@ -159,7 +159,7 @@ pub fn pngs() -> Vec<(String, Vec<u8>)> {
     [plain.to_vec(), packed_pngs()].concat()
 }
 
-/// PNG, JPEG and WebP files, with their names.
+/// PNG, JPEG, WebP and KTX2 files, with their names.
 pub fn textures() -> Vec<(String, Vec<u8>)> {
     let mut files = pngs();
     for form in ["grey8", "rgb8"] {
@@ -170,7 +170,32 @@ pub fn textures() -> Vec<(String, Vec<u8>)> {
     }
     files.extend(other_jpegs());
     files.extend(other_webps());
+    files.extend(ktx2s());
     files
+}
+
+/// KTX2 files of each form that can be read.
+fn ktx2s() -> Vec<(String, Vec<u8>)> {
+    let files: [(&str, &[u8]); 4] = [
+        (
+            "etc1s",
+            include_bytes!("../../loading/compression/etc1s.ktx2"),
+        ),
+        (
+            "etc1s-alpha",
+            include_bytes!("../../loading/compression/etc1s-alpha.ktx2"),
+        ),
+        (
+            "uastc",
+            include_bytes!("../../loading/compression/uastc.ktx2"),
+        ),
+        (
+            "zstandard",
+            include_bytes!("../../loading/compression/uastc-zstandard.ktx2"),
+        ),
+    ];
+    let named = |(name, bytes): (&str, &[u8])| (format!("{name}.ktx2"), bytes.to_vec());
+    files.into_iter().map(named).collect()
 }
 
 /// Radiance HDR files, with their names.
@@ -385,8 +410,15 @@ pub fn has_image_header(bytes: &[u8], formats: &[ImageFormat]) -> bool {
 
 /// True if an image has a million texels or more.
 pub fn is_large(bytes: &[u8]) -> bool {
-    let size = image_size(bytes, &TEXTURE_FORMATS);
+    let size = image_size(bytes, &TEXTURE_FORMATS).or_else(|| ktx2_size(bytes));
     size.is_some_and(|(width, height)| u64::from(width) * u64::from(height) >= 1_000_000)
+}
+
+/// The width and height in the header of a KTX2 file.
+pub fn ktx2_size(bytes: &[u8]) -> Option<(u32, u32)> {
+    let fields = bytes.strip_prefix(b"\xABKTX 20\xBB\r\n\x1A\n")?;
+    let word = |at: usize| Some(u32::from_le_bytes(*fields.get(at..)?.first_chunk()?));
+    Some((word(8)?, word(12)?))
 }
 
 /// The width and height in the header of an image in one of these formats.

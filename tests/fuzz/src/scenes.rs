@@ -316,6 +316,52 @@ fn other_textures() -> Gltf {
     })
 }
 
+/// A mesh that Draco has compressed.
+fn draco() -> Gltf {
+    let mut file = Gltf::triangle();
+    let view = file.add_view(include_bytes!("../../loading/compression/high.drc"));
+    for accessor in [0, 1] {
+        file.json["accessors"][accessor] =
+            json!({ "componentType": 5126, "count": 20, "type": "VEC3" });
+    }
+    file.json["accessors"][2] = json!({ "componentType": 5123, "count": 72, "type": "SCALAR" });
+    file.primitive()["extensions"] = json!({ "KHR_draco_mesh_compression": {
+        "bufferView": view, "attributes": { "POSITION": 3, "NORMAL": 2 },
+    } });
+    file.with(|json| json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]))
+}
+
+/// A mesh whose normals and indices meshoptimizer has compressed: three octahedral normals, and one triangle.
+fn meshopt() -> Gltf {
+    let mut file = Gltf::triangle();
+    let mut normals = [0; 37];
+    (normals[0], normals[35]) = (0xA0, 127);
+    let indices = [0xD1, 0, 4, 4, 0, 0, 0, 0];
+    let compressions = [
+        (1, normals.to_vec(), "ATTRIBUTES", "OCTAHEDRAL", 4),
+        (2, indices.to_vec(), "INDICES", "NONE", 2),
+    ];
+    for (accessor, bytes, mode, filter, stride) in compressions {
+        let view = file.add_view(&bytes);
+        file.json["bufferViews"][view]["extensions"] = json!({ "EXT_meshopt_compression": {
+            "buffer": 0, "byteOffset": file.json["bufferViews"][view]["byteOffset"],
+            "byteLength": bytes.len(), "byteStride": stride, "count": 3,
+            "mode": mode, "filter": filter,
+        } });
+        file.json["bufferViews"][view]["buffer"] = 1.into();
+        file.json["accessors"][accessor]["bufferView"] = view.into();
+    }
+    file.json["accessors"][1]["componentType"] = 5120.into();
+    file.json["accessors"][1]["normalized"] = true.into();
+    push(
+        &mut file.json["buffers"],
+        json!({
+            "byteLength": 64, "extensions": { "EXT_meshopt_compression": { "fallback": true } },
+        }),
+    );
+    file.with(|json| json["extensionsRequired"] = json!(["EXT_meshopt_compression"]))
+}
+
 /// A node with a matrix that an animation moves, and a camera that is scaled to nothing.
 fn odd_nodes() -> Gltf {
     moving().with(|json| {
@@ -364,6 +410,8 @@ fn features() -> Vec<(&'static str, Gltf)> {
         ("without-tangents", without_tangents()),
         ("shared", shared()),
         ("other-textures", other_textures()),
+        ("draco", draco()),
+        ("meshopt", meshopt()),
         ("odd-nodes", odd_nodes()),
         ("copied", copied()),
         ("old", asset(json!({ "version": "1.0" }))),
@@ -374,7 +422,7 @@ fn features() -> Vec<(&'static str, Gltf)> {
         (
             "required",
             Gltf::triangle().with(|json| {
-                json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
+                json["extensionsRequired"] = json!(["KHR_materials_transmission"]);
             }),
         ),
         (

@@ -14,12 +14,13 @@ pub const GLTF_KEYS: &str = r"
     KHR_texture_basisu KHR_animation_pointer KHR_lights_punctual KHR_materials_emissive_strength KHR_materials_ior
     KHR_materials_specular KHR_materials_unlit KHR_mesh_quantization KHR_texture_transform EXT_mesh_gpu_instancing
     TRANSLATION ROTATION SCALE KHR_materials_variants variants mappings KHR_node_visibility visible MSFT_lod ids
+    KHR_draco_mesh_compression EXT_meshopt_compression KHR_meshopt_compression filter fallback
 ";
 
 /// Texts that are values of glTF.
 pub const GLTF_TEXTS: &str = r"
     2.0 2.1 1.0 SCALAR VEC2 VEC3 VEC4 MAT4 perspective orthographic LINEAR STEP CUBICSPLINE translation rotation scale
-    weights pointer OPAQUE MASK BLEND point spot directional image/png image/jpeg /materials/0/emissiveFactor
+    weights pointer ATTRIBUTES TRIANGLES INDICES NONE OCTAHEDRAL QUATERNION EXPONENTIAL COLOR OPAQUE MASK BLEND point spot directional image/png image/jpeg /materials/0/emissiveFactor
     /materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength /nodes/0/translation /nodes/0/rotation
     /nodes/0/scale wall.png ./wall.jpg ../wall.png lost.png data:;base64, data:application/octet-stream;base64,AAAA
     a%20b %zz http://a/b

@@ -1,6 +1,7 @@
 //! Types for the extensions of nodes, primitives and the whole document that Headwater reads. Those of materials and textures
 //! stand with their elements.
 
+use super::DracoCompression;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -40,6 +41,8 @@ pub struct Lights {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<DracoCompression>,
     #[serde(rename = "KHR_materials_variants")]
     pub variants: Mappings,
 }

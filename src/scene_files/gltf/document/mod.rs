@@ -11,8 +11,10 @@
 //!   interpolations, alpha modes, and the path `pointer` of an animation, which Headwater supports;
 //! - files would be refused for faults in parts that Headwater ignores, such as skins.
 
+mod compression;
 mod extensions;
 
+pub use compression::*;
 pub use extensions::*;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -217,7 +219,7 @@ pub struct TextureExtensions {
     #[serde(rename = "EXT_texture_webp")]
     pub webp: Option<TextureSource>,
     #[serde(rename = "KHR_texture_basisu")]
-    pub basisu: Option<IgnoredAny>,
+    pub basisu: Option<TextureSource>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -353,7 +355,7 @@ pub struct Sampler {
     pub interpolation: Option<String>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Accessor {
     pub buffer_view: Option<u64>,
@@ -392,7 +394,7 @@ pub struct SparseValues {
     pub byte_offset: u64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct BufferView {
     pub buffer: u64,
@@ -400,6 +402,8 @@ pub struct BufferView {
     pub byte_offset: u64,
     pub byte_length: u64,
     pub byte_stride: Option<u64>,
+    #[serde(default)]
+    pub extensions: ViewExtensions,
 }
 
 #[derive(Debug, Deserialize)]
@@ -407,6 +411,8 @@ pub struct BufferView {
 pub struct Buffer {
     pub uri: Option<String>,
     pub byte_length: u64,
+    #[serde(default)]
+    pub extensions: BufferExtensions,
 }
 
 impl Buffer {

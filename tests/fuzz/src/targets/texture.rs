@@ -1,4 +1,4 @@
-//! Images of textures: PNG, JPEG and WebP, beside a scene that shows them.
+//! Images of textures: PNG, JPEG, WebP and KTX2, beside a scene that shows them.
 
 use crate::{Folder, images, is_thorough};
 use headwater::scene_files::Options;
@@ -22,5 +22,5 @@ pub fn run(bytes: &[u8]) {
 }
 
 pub fn has_header(bytes: &[u8]) -> bool {
-    images::has_image_header(bytes, &images::TEXTURE_FORMATS)
+    images::has_image_header(bytes, &images::TEXTURE_FORMATS) || images::ktx2_size(bytes).is_some()
 }
