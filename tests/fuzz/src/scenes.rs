@@ -349,6 +349,9 @@ fn meshopt() -> Gltf {
             "mode": mode, "filter": filter,
         } });
         file.json["bufferViews"][view]["buffer"] = 1.into();
+        if mode == "ATTRIBUTES" {
+            file.json["bufferViews"][view]["byteStride"] = stride.into();
+        }
         file.json["accessors"][accessor]["bufferView"] = view.into();
     }
     file.json["accessors"][1]["componentType"] = 5120.into();
