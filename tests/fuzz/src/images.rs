@@ -397,7 +397,9 @@ pub fn has_exr_header(bytes: &[u8]) -> bool {
 
 /// True if an HDR's header can be read: it has the first characters, an empty line, and after it a size with a height.
 pub fn has_hdr_header(bytes: &[u8]) -> bool {
-    let mut lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii_end);
+    let mut lines = bytes
+        .split(|byte| *byte == b'\n')
+        .map(<[u8]>::trim_ascii_end);
     let has_end = bytes.starts_with(b"#?") && lines.any(<[u8]>::is_empty);
     let size = lines.next().unwrap_or_default();
     has_end && size.contains(&b'Y') && size.split(|byte| *byte == b' ').count() == 4

@@ -13,7 +13,8 @@ pub fn run(bytes: &[u8]) {
         "a.hdr"
     };
     let path = FOLDER.write(name, bytes);
-    if let Some(environment) = checked(Environment::open(&path.to_string_lossy(), &mut Vec::new())) {
+    if let Some(environment) = checked(Environment::open(&path.to_string_lossy(), &mut Vec::new()))
+    {
         let texels = environment.width as usize * environment.height as usize;
         assert_eq!(environment.texels.len(), texels);
         assert!(environment.brightest().is_finite());
