@@ -20,8 +20,8 @@ pub struct Colors {
 
 impl Image {
     /// Finds the channels that are the picture itself. These are `R`, `G`, `B` without a layer, or else those of a layer
-    /// that has all three. If several layers have them, the first layer is taken whose name [`is_main`] accepts, and
-    /// otherwise the first layer. If no layer has them, a grey channel `Y` is found in the same way. A `Y` whose layer also
+    /// that has all three. If several layers have them, the first layer that is called `Combined`, `beauty` or `rgba` is
+    /// taken, and otherwise the first layer. If no layer has them, a grey channel `Y` is found in the same way. A `Y` whose layer also
     /// has `X`, `RY` or `BY` is not grey. Integers become floats.
     ///
     /// # Errors
