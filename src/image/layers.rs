@@ -20,8 +20,8 @@ pub struct Colors {
 
 impl Image {
     /// Finds the channels that are the picture itself. These are `R`, `G`, `B` without a layer, or else those of a layer
-    /// that has all three. If several layers have them, the first layer is taken whose name [`is_main`] accepts, and
-    /// otherwise the first layer. If no layer has them, a grey channel `Y` is found in the same way. A `Y` whose layer also
+    /// that has all three. If several layers have them, the first layer that is called `Combined`, `beauty` or `rgba` is
+    /// taken, and otherwise the first layer. If no layer has them, a grey channel `Y` is found in the same way. A `Y` whose layer also
     /// has `X`, `RY` or `BY` is not grey. Integers become floats.
     ///
     /// # Errors
@@ -62,7 +62,7 @@ impl Image {
 
     /// Finds the layer that has channels with all of `names` and with none of `others`, and returns its name. Channels
     /// without a layer are taken first; the returned name is then empty. Otherwise it is the first layer that fits and whose
-    /// name [`is_main`] accepts or, without one, the first layer that fits. The result is `None` if no layer fits.
+    /// name `is_main` accepts or, without one, the first layer that fits. The result is `None` if no layer fits.
     fn layer_of(&self, names: &[&str], others: &[&str]) -> Option<&str> {
         let fitting = || {
             self.channels.keys().filter_map(|channel| {

@@ -24,7 +24,7 @@ impl From<f32> for Look {
 /// A curve that maps radiance to the brightness of a display, before the sRGB encoding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// [`tone_map`]: colours up to 0.8 stay, and brighter ones approach white.
+    /// The Khronos PBR neutral tone mapper without its toe: colours up to 0.8 stay, and brighter ones approach white.
     #[default]
     Neutral,
     /// No curve: values above 1 are clamped, channel by channel.

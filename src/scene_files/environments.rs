@@ -12,9 +12,9 @@ use std::path::Path;
 
 impl Environment {
     /// Reads the environment from the file at the path `name` (`.exr` or `.hdr`). If `name` is `sky` or `sky:KEY=VALUE,…`,
-    /// generates the sky with these parameters instead; `neutral` is [`Environment::neutral`]. Texels with a radiance out of
-    /// range are replaced: [`Environment::repair`] states the rule. One line per change is added to `notices`, such as
-    /// [`Scene::notices`](crate::Scene::notices).
+    /// generates the sky with these parameters instead; `neutral` is [`Environment::neutral`]. In texels with a radiance out
+    /// of range, channels that are NaN or negative become 0, and larger ones become the limit, 10¹². One line per change is
+    /// added to `notices`, such as [`Scene::notices`](crate::Scene::notices).
     ///
     /// # Errors
     /// The file cannot be read, has another extension, is damaged, or has too many texels for the limit or the memory; no

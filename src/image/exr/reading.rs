@@ -107,7 +107,7 @@ fn string(text: &Text) -> String {
     std::str::from_utf8(text.as_slice()).map_or_else(|_| text.to_string(), str::to_owned)
 }
 
-/// For each part, the names of its channels as [`read`] describes them, with `pixels` samples of 0 each. Parts with deep
+/// For each part, the names of its channels as [`read()`] describes them, with `pixels` samples of 0 each. Parts with deep
 /// data get no channels.
 fn named_channels(headers: &[Header], pixels: usize) -> Vec<Vec<(String, Samples)>> {
     let part_name = |header: &Header| header.own_attributes.layer_name.as_ref().map(string);

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 pub const MISSING: u32 = u32::MAX;
 
 /// A corner of a face: indices, from 0, into the positions, normals and texture coordinates of the whole file. Equal corners
-/// of a mesh become one vertex. A corner without a normal in a smoothing group has as `normal` [`SMOOTH`] plus the index of a
+/// of a mesh become one vertex. A corner without a normal in a smoothing group has as `normal` [`super::smoothing::SMOOTH`] plus the index of a
 /// sum in [`super::smoothing::Smoothing`]. `normal` and `coordinates` are [`MISSING`] if the face does not state them. `coordinates` is
 /// also [`MISSING`] if the face's material has no textures, so that corners which differ only in unused texture coordinates
 /// share a vertex.
