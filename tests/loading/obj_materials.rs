@@ -308,7 +308,7 @@ fn normal_maps_are_used_and_height_maps_are_not() {
         (
             "map_bump heights.tga",
             "images that cannot be read are left out: texture in line 2 of its MTL file (\"heights.tga\"): \
-             is neither PNG, JPEG nor WebP; convert it to one of them",
+             is not PNG, JPEG, WebP or KTX2; convert it to one of them",
         ),
     ] {
         let scene = load(&folder, statements);

@@ -343,6 +343,7 @@ mod tests {
                 "two-sided lights",
                 "environment",
                 "16-bit textures",
+                "backs that the camera does not see",
                 "large triangles"
             ]
         );
