@@ -17,26 +17,6 @@ use tempfile::TempDir;
 #[allow(dead_code)]
 mod document;
 
-// The modules of extensions whose types the document names. Their content does not decide if a header is readable.
-mod draco {
-    pub type Compression = serde::de::IgnoredAny;
-}
-mod instancing {
-    pub type Instancing = serde::de::IgnoredAny;
-}
-mod meshopt {
-    pub type BufferExtensions = serde::de::IgnoredAny;
-    pub type ViewExtensions = serde::de::IgnoredAny;
-}
-mod variants {
-    pub type Mappings = serde::de::IgnoredAny;
-    pub type Variants = serde::de::IgnoredAny;
-}
-mod visibility {
-    pub type Levels = serde::de::IgnoredAny;
-    pub type Visibility = serde::de::IgnoredAny;
-}
-
 #[path = "../../loading/files.rs"]
 #[allow(dead_code)]
 pub mod files;
