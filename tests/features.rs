@@ -171,18 +171,23 @@ fn surrounded(mut scene: Scene, radiance: f32) -> Scene {
     scene
 }
 
-/// Renders a scene and compares each pixel with the value of `expected` at the point that it shows, within noise and the
-/// relative error `slack`. `None` leaves the pixel out.
-fn assert_shows(name: &str, scene: &Scene, slack: f64, expected: impl Fn(DVec2) -> Option<DVec3>) {
-    let (device, selection) = support::open_device(None);
-    let view = View {
+/// The view that fills the picture with the square.
+fn view_of(scene: &Scene, bounces: u32) -> View {
+    View {
         camera: scene.cameras[0].clone(),
         width: SIDE,
         height: SIDE,
         seed: 3,
-        bounces: 1,
+        bounces,
         jitter: false,
-    };
+    }
+}
+
+/// Renders a scene and compares each pixel with the value of `expected` at the point that it shows, within noise and the
+/// relative error `slack`. `None` leaves the pixel out.
+fn assert_shows(name: &str, scene: &Scene, slack: f64, expected: impl Fn(DVec2) -> Option<DVec3>) {
+    let (device, selection) = support::open_device(None);
+    let view = view_of(scene, 1);
     let settings = Preset::named("path-tracing").unwrap().settings().unwrap();
     let found = support::render(&device, scene, selection.variant, &view, &settings, SAMPLES);
     support::assert_no_messages(&device);
@@ -468,14 +473,7 @@ fn the_camera_does_not_see_backs_but_light_meets_them() {
         for preset in ["path-tracing", "accurate"] {
             let settings = Preset::named(preset).unwrap().settings().unwrap();
             let mean = |scene: &Scene| {
-                let view = View {
-                    camera: scene.cameras[0].clone(),
-                    width: SIDE,
-                    height: SIDE,
-                    seed: 3,
-                    bounces: 2,
-                    jitter: false,
-                };
+                let view = view_of(scene, 2);
                 support::render(&device, scene, variant, &view, &settings, 4).mean
             };
             for (pixel, color) in mean(&culled).iter().enumerate() {

@@ -144,7 +144,7 @@ pub fn run(args: &Args) -> Result<()> {
         };
         capture::render(&mut session, &wanted, &interrupt)?;
         let samples = if accumulates { frames } else { 1 };
-        write(args, &mut session, samples)?;
+        write(args, &mut session, samples, frames - 1, true)?;
         return session.finish();
     }
     if writes_all {
@@ -177,7 +177,7 @@ pub fn run(args: &Args) -> Result<()> {
     if samples == 0 {
         interrupt.check(NOTHING_WRITTEN)?;
     }
-    write(args, &mut session, samples)?;
+    write(args, &mut session, samples, done - 1, true)?;
     session.finish()?;
     if done == frames {
         return met;
@@ -211,33 +211,34 @@ fn write_all(
         if !accumulates {
             session.renderer.keep_single_frame()?;
         }
-        let is_last = index + 1 == frames;
         let samples = if accumulates { index + 1 } else { 1 };
-        let sums = session.renderer.sums()?;
-        let image = session.picture(&sums, samples, &args.scene.aov)?;
-        for path in &args.output {
-            if is_sequence(path) || is_last {
-                image.write(&file_of_frame(path, index), args.scene.look())?;
-            }
-        }
-        if is_last {
-            write_report(session, samples, args.scene.report.as_ref())?;
-        }
+        write(args, session, samples, index, index + 1 == frames)?;
         progress.at(f64::from(index + 1));
     }
     progress.finish();
     Ok(())
 }
 
-/// Writes every file of `--output` and the file of `--report`. The picture is the mean of the `samples` frames whose
-/// radiance the renderer has added up.
-fn write(args: &Args, session: &mut Session, samples: u32) -> Result<()> {
+/// Writes the picture after frame `index` to the files of `--output` that are sequences and, if `is_last` is true, to all
+/// others; the file of `--report` is then written too. The picture is the mean of the `samples` frames whose radiance the
+/// renderer has added up.
+fn write(
+    args: &Args,
+    session: &mut Session,
+    samples: u32,
+    index: u32,
+    is_last: bool,
+) -> Result<()> {
     let sums = session.renderer.sums()?;
     let image = session.picture(&sums, samples, &args.scene.aov)?;
-    for path in &args.output {
-        image.write(path, args.scene.look())?;
+    let due = |path: &&PathBuf| is_last || is_sequence(path);
+    for path in args.output.iter().filter(due) {
+        image.write(&file_of_frame(path, index), args.scene.look())?;
     }
-    write_report(session, samples, args.scene.report.as_ref())
+    match is_last {
+        true => write_report(session, samples, args.scene.report.as_ref()),
+        false => Ok(()),
+    }
 }
 
 /// Writes the JSON report of the run (settings, times, and what the program chose, such as the tracer) to `path`, the file

@@ -22,10 +22,8 @@ impl Scene {
         if self.shows_unlit_surfaces() {
             return None;
         }
-        let visible = self.environment.as_ref().is_some_and(Environment::is_lit);
-        let mut punctual = self.punctual_lights.iter();
-        let punctual = punctual.any(|light| light.intensity.max_element() > 0.0);
-        if visible || (punctual && scattering) {
+        let punctual = self.has_punctual_light();
+        if self.has_lit_environment() || (punctual && scattering) {
             return None;
         }
         let emitters = self.emitters();
@@ -55,10 +53,18 @@ impl Scene {
     /// intensity 0 is no light.
     pub(crate) fn lacks_light(&self) -> bool {
         let lit_surfaces = self.shows_surfaces(|material| !material.unlit);
-        let environment = self.environment.as_ref().is_some_and(Environment::is_lit);
-        let mut punctual = self.punctual_lights.iter();
-        let punctual = punctual.any(|light| light.intensity.max_element() > 0.0);
-        lit_surfaces && !environment && !punctual && self.emitters().is_empty()
+        let elsewhere = self.has_lit_environment() || self.has_punctual_light();
+        lit_surfaces && !elsewhere && self.emitters().is_empty()
+    }
+
+    fn has_lit_environment(&self) -> bool {
+        self.environment.as_ref().is_some_and(Environment::is_lit)
+    }
+
+    /// True if a punctual light has an intensity above 0.
+    fn has_punctual_light(&self) -> bool {
+        let mut lights = self.punctual_lights.iter();
+        lights.any(|light| light.intensity.max_element() > 0.0)
     }
 
     /// True if an instance has triangles with an unlit material, whose colour the camera sees even if the scene has no

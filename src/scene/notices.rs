@@ -59,6 +59,15 @@ pub(crate) fn label(kind: &str, index: usize, name: &str) -> String {
     format!("{kind} {index} {}", quoted(name))
 }
 
+/// A list of names for a message: the first `most` of `names`, separated by commas, followed by `and others` if there are
+/// more.
+pub(crate) fn listed(names: &[String], most: usize) -> String {
+    match names.get(..most) {
+        Some(first) if first.len() < names.len() => first.join(", ") + " and others",
+        _ => names.join(", "),
+    }
+}
+
 /// The maximum number of characters that a message quotes from a text in a file. A longer text is cut, and `...` marks the
 /// cut; these three characters are included in the maximum. Escaping control characters can make the quotation longer.
 const LONGEST: usize = 60;

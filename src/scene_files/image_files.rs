@@ -52,14 +52,14 @@ pub(super) fn missing(
     )))
 }
 
-/// Handles an image that cannot be read or decoded because of `fault`. If the user permits missing files, a notice is added
-/// to `tally`, and the caller continues without the image.
+/// Handles an image that cannot be read or decoded because of `fault`. If the scene may do without it (`is_dispensable`), a
+/// notice is added to `tally`, and the caller continues without the image.
 ///
 /// # Errors
-/// The user does not permit missing files, or `fault` is not a fault of the input.
-pub(super) fn leave_out(fault: Error, folder: &SceneFolder<'_>, tally: &mut Tally) -> Result<()> {
+/// The scene may not do without the image, or `fault` is not a fault of the input.
+pub(super) fn leave_out(fault: Error, is_dispensable: bool, tally: &mut Tally) -> Result<()> {
     match fault {
-        Error::Input(fault) if folder.options.allow_missing => {
+        Error::Input(fault) if is_dispensable => {
             tally.add("images that cannot be read are left out", || fault);
             Ok(())
         }

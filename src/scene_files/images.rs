@@ -72,37 +72,33 @@ impl TexelCount {
     }
 }
 
-/// Decodes images, several at a time in parallel, and returns them in the order of `encoded`. `count` is the number of
-/// texels of the scene's images so far; the texels of these images are added to it.
+/// The images of a scene after decoding.
+pub(super) struct Decoded {
+    /// The decoded images, in the order of their files.
+    pub images: Vec<Image>,
+    /// For each encoded image, its index in [`Self::images`]; `None` if it was left out.
+    pub index_of: Vec<Option<usize>>,
+}
+
+/// Decodes images, several at a time in parallel. `count` is the number of texels of the scene's images so far; the texels of
+/// these images are added to it. `leave_out` decides about each image that cannot be decoded: it is called with the index of
+/// the image in `encoded` and with the fault. If it returns `Ok`, the image is left out.
 ///
 /// # Errors
-/// An image is not a PNG, JPEG, WebP or KTX2 file, is damaged, or is larger than [`MAX_SIZE`]; the scene's images have more than
-/// [`MAX_TEXELS`] texels or need more memory than there is; or the callback of `progress` returns an error.
+/// `leave_out` returns an error, for an image that is not a PNG, JPEG, WebP or KTX2 file, is damaged, or is larger than
+/// [`MAX_SIZE`]; the scene's images have more than [`MAX_TEXELS`] texels or need more memory than there is; or the callback
+/// of `progress` returns an error.
 pub(super) fn decode(
     encoded: &[Encoded<'_>],
     count: &mut TexelCount,
     progress: &mut Progress<'_>,
-) -> Result<Vec<Image>> {
-    let images = decode_or_leave_out(encoded, count, progress, &mut Err)?;
-    Ok(images.into_iter().flatten().collect())
-}
-
-/// Decodes images as [`decode`] does, but `leave_out` decides about each image that cannot be decoded. It is called with the
-/// fault; if it returns `Ok`, the result has `None` in the place of the image.
-///
-/// # Errors
-/// The errors that `leave_out` returns, and those of [`decode`] that are not faults of one image.
-pub(super) fn decode_or_leave_out(
-    encoded: &[Encoded<'_>],
-    count: &mut TexelCount,
-    progress: &mut Progress<'_>,
-    leave_out: &mut dyn FnMut(Error) -> Result<()>,
-) -> Result<Vec<Option<Image>>> {
+    leave_out: &mut dyn FnMut(usize, Error) -> Result<()>,
+) -> Result<Decoded> {
     // All sizes first: what is too much must not fill the memory. An image that is left out has size 0.
     let mut sizes: Vec<u64> = Vec::with_capacity(encoded.len());
-    for image in encoded {
+    for (index, image) in encoded.iter().enumerate() {
         let texels = image.guarded(Encoded::texels).or_else(|fault| {
-            leave_out(fault)?;
+            leave_out(index, fault)?;
             Ok(0)
         })?;
         count.add(texels, || image.label())?;
@@ -111,26 +107,27 @@ pub(super) fn decode_or_leave_out(
     let texels: u64 = sizes.iter().sum();
     memory::check(BYTES * (texels + 3 * texels.min(TEXELS_AT_ONCE)))
         .map_err(|cause| Error::input(format!("the scene's images: {cause}; scale them")))?;
-    let mut images = Vec::with_capacity(encoded.len());
-    while images.len() < encoded.len() {
+    let (mut images, mut index_of) = (Vec::new(), Vec::with_capacity(encoded.len()));
+    while index_of.len() < encoded.len() {
         progress.pause()?;
-        let (_, sizes) = sizes.split_at(images.len());
-        let batch = &encoded[images.len()..][..batch_length(sizes)];
+        let (_, sizes) = sizes.split_at(index_of.len());
+        let batch = &encoded[index_of.len()..][..batch_length(sizes)];
         let decoded: Vec<Option<Result<Image>>> = (batch.par_iter().zip(sizes))
             .map(|(image, size)| (*size > 0).then(|| image.guarded(Encoded::decode)))
             .collect();
         for image in decoded {
-            images.push(match image.transpose() {
-                Ok(image) => image,
-                Err(fault) => {
-                    leave_out(fault)?;
-                    None
-                }
-            });
+            let image = image.transpose().or_else(|fault| {
+                leave_out(index_of.len(), fault)?;
+                Ok(None)
+            })?;
+            index_of.push(image.map(|image| {
+                images.push(image);
+                images.len() - 1
+            }));
         }
     }
     progress.pause()?;
-    Ok(images)
+    Ok(Decoded { images, index_of })
 }
 
 /// The number of images in the next batch, whose images are decoded in parallel. `sizes` is the number of texels of each

@@ -37,6 +37,22 @@ fn looked_up(is_color: bool) -> String {
     )
 }
 
+/// The distance between the colour that the shader found in `words` for `input`, with the texture coordinates of the look-up,
+/// and that of the twin in f64.
+fn distance(
+    texture: &Texture,
+    scene: &Scene,
+    is_color: bool,
+    input: &[u32],
+    words: [u32; 8],
+) -> f32 {
+    let uv = Vec2::new(f32::from_bits(input[0]), f32::from_bits(input[1]));
+    let image = &scene.images[texture.image as usize];
+    let expected = texture.at(image, uv, if is_color { srgb } else { linear });
+    let found = Vec4::from_array([0, 1, 2, 3].map(|c| number(words[c]) as f32));
+    found.distance(expected)
+}
+
 /// Look-ups with every wrap mode and filter, with a transform, near the image and far from it, must equal those of the twin
 /// in f64.
 #[test]
@@ -104,13 +120,10 @@ fn lookups_are_those_of_the_twin() {
             let mut wrong = 0;
             for (input, words) in inputs.iter().zip(found) {
                 let texture = &textures[input[2] as usize];
-                let uv = Vec2::new(f32::from_bits(input[0]), f32::from_bits(input[1]));
-                let image = &scene.images[texture.image as usize];
-                let expected = texture.at(image, uv, if is_color { srgb } else { linear });
-                let found = Vec4::from_array([0, 1, 2, 3].map(|c| number(words[c]) as f32));
+                let distance = distance(texture, &scene, is_color, input, words);
                 // Far from the image the position within it is rounded to a thousandth of a texel; the nearest texel may
                 // then be another.
-                wrong += usize::from(found.distance(expected) > 5e-3);
+                wrong += usize::from(distance > 5e-3);
             }
             wrong
         };
@@ -289,11 +302,7 @@ fn sixteen_bits_reach_the_shader() {
                 let pairs = inputs.iter().zip(found);
                 let distances = pairs.map(|(input, words)| {
                     let texture = &textures[input[2] as usize];
-                    let uv = Vec2::new(f32::from_bits(input[0]), f32::from_bits(input[1]));
-                    let image = &scene.images[texture.image as usize];
-                    let expected = texture.at(image, uv, if is_color { srgb } else { linear });
-                    let found = Vec4::from_array([0, 1, 2, 3].map(|c| number(words[c]) as f32));
-                    found.distance(expected)
+                    distance(texture, &scene, is_color, input, words)
                 });
                 distances.fold(0.0, f32::max)
             };

@@ -7,7 +7,7 @@ pub mod sky;
 use super::lights::luminance;
 use super::validate::{BRIGHTEST, is_within};
 use crate::{Error, Result};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -145,6 +145,16 @@ impl Environment {
     pub fn is_lit(&self) -> bool {
         self.brightest() > 0.0
     }
+}
+
+/// The unit vector of the direction with two given angles in radians. `around` is the angle from −Z around the vertical
+/// axis, clockwise seen from above. `down` is the angle from the zenith (+Y).
+fn direction(around: f64, down: f64) -> DVec3 {
+    DVec3::new(
+        down.sin() * around.sin(),
+        down.cos(),
+        -down.sin() * around.cos(),
+    )
 }
 
 #[cfg(test)]

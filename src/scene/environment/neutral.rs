@@ -1,6 +1,6 @@
 //! A neutral environment, which lights scenes that have no light of their own.
 
-use super::Environment;
+use super::{Environment, direction};
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -19,14 +19,7 @@ impl Environment {
         let (width, height) = SIZE;
         let brightest = BRIGHTEST.normalize();
         let radiance = |index: u32| {
-            let [x, y] = [index % width, index / width].map(|i| f64::from(i) + 0.5);
-            let around = TAU * (x / f64::from(width) - 0.5);
-            let down = PI * y / f64::from(height);
-            let direction = DVec3::new(
-                around.sin() * down.sin(),
-                down.cos(),
-                -around.cos() * down.sin(),
-            );
+            let direction = direction_of(index);
             let near = 0.5 + 0.5 * direction.dot(brightest);
             Vec3::splat((0.2 + 0.9 * near * near) as f32)
         };
@@ -41,6 +34,15 @@ impl Environment {
     }
 }
 
+/// The direction of the centre of the texel with the index `index`, counted row by row from the zenith.
+fn direction_of(index: u32) -> DVec3 {
+    let [x, y] = [index % SIZE.0, index / SIZE.0].map(|i| f64::from(i) + 0.5);
+    direction(
+        TAU * (x / f64::from(SIZE.0) - 0.5),
+        PI * y / f64::from(SIZE.1),
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,21 +50,12 @@ mod tests {
     #[test]
     fn white_surfaces_are_within_what_a_picture_shows() {
         let environment = Environment::neutral();
-        let toward = |index: usize| {
-            let (x, y) = (index as u32 % SIZE.0, index as u32 / SIZE.0);
-            let around = TAU * ((f64::from(x) + 0.5) / f64::from(SIZE.0) - 0.5);
-            let down = PI * (f64::from(y) + 0.5) / f64::from(SIZE.1);
-            DVec3::new(
-                around.sin() * down.sin(),
-                down.cos(),
-                -around.cos() * down.sin(),
-            )
-        };
         let radiance_of = |normal: DVec3| -> f64 {
             let texels = environment.texels.iter().enumerate();
             let light = texels.map(|(index, texel)| {
                 let solid_angle = environment.solid_angle(index as u32 / SIZE.0);
-                f64::from(texel.x) * toward(index).dot(normal).max(0.0) * solid_angle / PI
+                f64::from(texel.x) * direction_of(index as u32).dot(normal).max(0.0) * solid_angle
+                    / PI
             });
             light.sum()
         };

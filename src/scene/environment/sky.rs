@@ -5,7 +5,7 @@
 //! of the integral Rayleigh optical thickness", 1996), tinted by Rayleigh scattering. The ground fills the half below the
 //! horizon. It reflects the light of the sky and the sun evenly in all directions.
 
-use super::Environment;
+use super::{Environment, direction};
 use crate::base::nearest::nearest;
 use crate::{Error, Result};
 use glam::{DMat3, DVec3};
@@ -158,16 +158,6 @@ impl Sky {
         environment.texels = texels.iter().map(|texel| texel.as_vec3()).collect();
         environment
     }
-}
-
-/// The unit vector of the direction with two given angles in radians. `around` is the angle from −Z around the vertical
-/// axis, clockwise seen from above. `down` is the angle from the zenith (+Y).
-fn direction(around: f64, down: f64) -> DVec3 {
-    DVec3::new(
-        down.sin() * around.sin(),
-        down.cos(),
-        -down.sin() * around.cos(),
-    )
 }
 
 /// The fraction of a texel's area that the sun's disc covers, in [0, 1], estimated from a grid of 32 × 32 points. `sun` is

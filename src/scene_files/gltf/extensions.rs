@@ -1,7 +1,7 @@
 //! Decides which glTF extensions a file may require, and reports the extensions that are ignored.
 
 use super::document::Document;
-use crate::scene::notices::{Tally, quoted};
+use crate::scene::notices::{Tally, listed, quoted};
 use crate::{Error, Result};
 
 /// The glTF extensions that are supported.
@@ -90,10 +90,7 @@ pub fn check(document: &Document, tally: &mut Tally) -> Result<()> {
         .collect();
     if !ignored.is_empty() {
         let text = "extensions that are not supported are ignored";
-        tally.add(text, || match ignored.get(..MAX_NAMES) {
-            Some(first) if first.len() < ignored.len() => first.join(", ") + " and others",
-            _ => ignored.join(", "),
-        });
+        tally.add(text, || listed(&ignored, MAX_NAMES));
     }
     if lists(used, LEVELS_OF_DETAIL) || lists(required, LEVELS_OF_DETAIL) {
         let text = "of several levels of detail only the finest is shown";

@@ -119,6 +119,7 @@ impl<'a> Textures<'a> {
             encoded: Vec::new(),
             known: HashMap::new(),
         };
+        let allow_missing = folder.options.allow_missing;
         let mut is_read = vec![false; document.images.len()];
         for (index, material) in document.materials.iter().enumerate() {
             if !uses.has_faces[index] {
@@ -133,27 +134,19 @@ impl<'a> Textures<'a> {
                         .map(|encoded| textures.images[index] = encoded),
                     Err(fault) => Err(fault),
                 };
-                read.or_else(|fault| image_files::leave_out(fault, folder, tally))?;
+                read.or_else(|fault| image_files::leave_out(fault, allow_missing, tally))?;
             }
         }
-        let mut leave_out = |fault| image_files::leave_out(fault, folder, tally);
-        let mut images = Vec::new();
-        let decoded: Vec<Option<u32>> = images::decode_or_leave_out(
+        let decoded = images::decode(
             &reading.encoded,
             &mut images::TexelCount::default(),
             progress,
-            &mut leave_out,
-        )?
-        .into_iter()
-        .map(|image| {
-            images.push(image?);
-            Some(images.len() as u32 - 1)
-        })
-        .collect();
+            &mut |_, fault| image_files::leave_out(fault, allow_missing, tally),
+        )?;
         for image in &mut textures.images {
-            *image = image.and_then(|encoded| decoded[encoded as usize]);
+            *image = image.and_then(|encoded| decoded.index_of[encoded as usize].map(|i| i as u32));
         }
-        Ok((textures, images))
+        Ok((textures, decoded.images))
     }
 
     /// The textures of one material for base colour, metallic-roughness, normal and emission, in this order; `index` is the

@@ -2,7 +2,7 @@
 //! limited, so that a file which is no OBJ or MTL file does not print thousands of lines.
 
 use super::lines::Line;
-use crate::scene::notices::{Tally, quoted};
+use crate::scene::notices::{Tally, listed, quoted};
 
 /// The maximum number of unknown keywords with a notice each, and of unsupported kinds of textures, such as `refl`, in the
 /// notice that lists them. Further ones are summarised.
@@ -52,14 +52,8 @@ impl Ignored {
     /// All notices, the list of unsupported textures last.
     pub fn into_tally(mut self) -> Tally {
         if !self.textures.is_empty() {
-            let others = match self.textures.len() > MAX_KINDS {
-                true => " and others",
-                false => "",
-            };
-            self.textures.truncate(MAX_KINDS);
-            let list = self.textures.join(", ") + others;
-            self.tally
-                .add("textures that are not supported are ignored", || list);
+            let what = "textures that are not supported are ignored";
+            self.tally.add(what, || listed(&self.textures, MAX_KINDS));
         }
         self.tally
     }

@@ -238,13 +238,6 @@ struct Files<'a> {
     images: Vec<Image>,
 }
 
-/// An image file that is not decoded yet.
-struct ImageFile<'a> {
-    encoded: Encoded<'a>,
-    /// True if it is an error that the image cannot be decoded.
-    is_needed: bool,
-}
-
 impl<'a> Files<'a> {
     fn read(
         materials: impl Iterator<Item = &'a Maps>,
@@ -255,14 +248,15 @@ impl<'a> Files<'a> {
     ) -> Result<Self> {
         let mut image_of = HashMap::new();
         let mut known: HashMap<(u64, u64), usize> = HashMap::new();
-        let mut files: Vec<ImageFile<'_>> = Vec::new();
+        let mut encoded = Vec::new();
+        // For each encoded image, true if it is an error that it cannot be decoded.
+        let mut is_needed: Vec<bool> = Vec::new();
         let maps = materials.flat_map(|maps| maps.all().map(move |map| (map, maps.is_bump(map))));
         for (map, is_bump) in maps {
-            let is_needed = !is_bump && !folder.options.allow_missing;
+            let needs = !is_bump && !folder.options.allow_missing;
             if let Some(known) = image_of.get(&map.files[..]) {
                 if let Some(image) = *known {
-                    let file: &mut ImageFile<'_> = &mut files[image];
-                    file.is_needed |= is_needed;
+                    is_needed[image] |= needs;
                 }
                 continue;
             }
@@ -287,33 +281,28 @@ impl<'a> Files<'a> {
             let image = match known.entry(file.id) {
                 Entry::Occupied(image) => *image.get(),
                 Entry::Vacant(image) => {
-                    let encoded = Encoded {
+                    encoded.push(Encoded {
                         bytes: image_files::read(&what, file, progress)?.into(),
                         name,
                         what,
-                    };
-                    files.push(ImageFile {
-                        encoded,
-                        is_needed: false,
                     });
-                    *image.insert(files.len() - 1)
+                    is_needed.push(false);
+                    *image.insert(encoded.len() - 1)
                 }
             };
-            files[image].is_needed |= is_needed;
+            is_needed[image] |= needs;
             image_of.insert(&map.files[..], Some(image));
         }
-        let mut images = Vec::new();
-        let index_of: Vec<Option<usize>> = decode(files, count, progress, tally)?
-            .into_iter()
-            .map(|image| {
-                images.push(image?);
-                Some(images.len() - 1)
-            })
-            .collect();
+        let decoded = images::decode(&encoded, count, progress, &mut |index, fault| {
+            image_files::leave_out(fault, !is_needed[index], tally)
+        })?;
         for image in image_of.values_mut() {
-            *image = image.and_then(|image| index_of[image]);
+            *image = image.and_then(|image| decoded.index_of[image]);
         }
-        Ok(Self { image_of, images })
+        Ok(Self {
+            image_of,
+            images: decoded.images,
+        })
     }
 
     /// The texture in `map`, with the index of its image in [`Self::images`]. `None` if `map` is `None`, because the
@@ -322,36 +311,6 @@ impl<'a> Files<'a> {
         let map = map.as_deref()?;
         Some((map, (*self.image_of.get(&map.files[..])?)?))
     }
-}
-
-/// Decodes image files, and returns the images in the order of `files`. An image that is not needed and cannot be decoded is
-/// `None`, with a notice in `tally`. `count` is the number of texels of the scene's images so far.
-fn decode(
-    files: Vec<ImageFile<'_>>,
-    count: &mut TexelCount,
-    progress: &mut Progress<'_>,
-    tally: &mut Tally,
-) -> Result<Vec<Option<Image>>> {
-    let mut images = vec![None; files.len()];
-    let (needed, others): (Vec<_>, Vec<_>) =
-        (files.into_iter().enumerate()).partition(|(_, file)| file.is_needed);
-    let (indices, needed): (Vec<usize>, Vec<Encoded<'_>>) = (needed.into_iter())
-        .map(|(index, file)| (index, file.encoded))
-        .unzip();
-    let decoded = images::decode(&needed, count, progress)?;
-    for (index, image) in indices.into_iter().zip(decoded) {
-        images[index] = Some(image);
-    }
-    for (index, file) in others {
-        match images::decode(std::slice::from_ref(&file.encoded), count, progress) {
-            Ok(mut image) => images[index] = image.pop(),
-            Err(Error::Input(fault)) => {
-                tally.add("images that cannot be read are left out", || fault)
-            }
-            Err(other) => return Err(other),
-        }
-    }
-    Ok(images)
 }
 
 /// The name of a texture in messages, by its line in the MTL file: `texture in line 12 of its MTL file`.
