@@ -156,6 +156,14 @@ fn every_value_counts() {
         |s| s.materials[0].culled = true,
         |s| s.instances[0].object_to_world.translation.x = 1.0,
         |s| s.cameras[0].aspect_ratio = Some(1.0),
+        |s| s.cameras[0].projection = Projection::Orthographic { height: 1.0 },
+        |s| {
+            let lens = Lens {
+                diameter: 0.1,
+                focus_distance: 2.0,
+            };
+            s.cameras[0] = s.cameras[0].clone().with_lens(lens).unwrap();
+        },
         |s| s.cameras.clear(),
         |s| s.motion = Some(Motion::default()),
         |s| {

@@ -35,7 +35,7 @@ pub struct Image {
 pub fn camera_ray(camera: &Camera, pixel: [u32; 2], size: [u32; 2]) -> (DVec3, DVec3) {
     let [x, y] = pixel.map(|p| f64::from(p) + 0.5);
     let [width, height] = size.map(f64::from);
-    let half = (0.5 * camera.vertical_fov).tan();
+    let half = camera.projection.half_height();
     let local = DVec3::new(
         (2.0 * x / width - 1.0) * half * width / height,
         (1.0 - 2.0 * y / height) * half,
