@@ -355,7 +355,7 @@ impl Renderer {
         Ok(pixels)
     }
 
-    /// Finds the surface that the ray through each pixel's centre hits in the last frame (in the next frame, if none was
+    /// Finds the surface that the ray through each pixel's centre (and a lens's centre) hits in the last frame (in the next frame, if none was
     /// rendered yet): one per pixel, row by row from the top. Depths are in scene units; 0 means that the pixel shows no
     /// surface. This call traces these rays, separately from the rays of the picture.
     pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {

@@ -5,20 +5,20 @@ use crate::{orthographic, preset, support, view, with_lens};
 use headwater::device_scene::GpuScene;
 use headwater::metrics::statistics::Estimate;
 use headwater::procedural;
-use headwater::render::settings::{Candidates, Secondary};
+use headwater::render::settings::{Candidates, ReuseMode, Secondary};
 use headwater::render::{Renderer, Settings, View};
 use headwater::scene::{Camera, Scene};
 use std::sync::Arc;
 
-const WIDTH: u32 = 64;
-const HEIGHT: u32 = 48;
+const WIDTH: u32 = 32;
+const HEIGHT: u32 = 24;
 const FRAMES_A_SECOND: f64 = 4.0;
 /// Number of runs, each with another seed.
-const SEEDS: u32 = 128;
-/// Index of the compared frame.
-const LOOKED_AT: u32 = 2;
+const SEEDS: u32 = 320;
+/// Number of runs with spatial reuse alone, where the samples that neighbours share make the mean of a picture noisy.
+const MANY_SEEDS: u32 = 1600;
 /// Number of samples per pixel of the path-traced moment.
-const SAMPLES: u32 = 1024;
+const SAMPLES: u32 = 2048;
 /// The probability that a correct mean lies within its confidence interval.
 const CONFIDENCE: f64 = 0.999;
 /// The maximum half-width of the confidence interval, as a fraction of the mean; with a wider one, the comparison would
@@ -47,17 +47,17 @@ fn jittered(camera: Camera) -> View {
     view
 }
 
-/// The mean of the picture of each seed.
-fn means(scene: &Scene, settings: &Settings) -> Vec<f64> {
+/// The mean of the picture of the frame `looked_at` of each seed.
+fn means(scene: &Scene, settings: &Settings, seeds: u32, looked_at: u32) -> Vec<f64> {
     let (device, selection) = support::open_device(None);
     let time = |frame: u32| f64::from(frame) / FRAMES_A_SECOND;
     let view = jittered(scene.camera_at(0, 0.0).unwrap());
     let origin = view.camera.camera_to_world.translation;
     let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
     let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, settings).unwrap();
-    let means = (0..SEEDS).map(|seed| {
+    let means = (0..seeds).map(|seed| {
         renderer.restart(seed).unwrap();
-        for frame in 0..=LOOKED_AT {
+        for frame in 0..=looked_at {
             renderer.set_time(time(frame));
             renderer.set_camera(&scene.camera_at(0, time(frame)).unwrap());
             renderer.single_frame(frame).unwrap();
@@ -72,10 +72,10 @@ fn means(scene: &Scene, settings: &Settings) -> Vec<f64> {
     means
 }
 
-/// The mean of the picture at the moment of the compared frame, by path tracing.
-fn truth(scene: &Scene) -> Estimate {
+/// The mean of the picture at the moment of the frame `looked_at`, by path tracing.
+fn truth(scene: &Scene, looked_at: u32) -> Estimate {
     let still = scene
-        .pose_at(f64::from(LOOKED_AT) / FRAMES_A_SECOND)
+        .pose_at(f64::from(looked_at) / FRAMES_A_SECOND)
         .unwrap();
     let (device, selection) = support::open_device(None);
     let view = jittered(still.cameras[0].clone());
@@ -98,11 +98,12 @@ fn truth(scene: &Scene) -> Estimate {
     }
 }
 
-fn check(name: &str, scene: &Scene, change: impl Fn(&mut Settings)) {
+/// Compares the mean of the frame `looked_at` over `seeds` seeds with path tracing.
+fn check(name: &str, scene: &Scene, seeds: u32, looked_at: u32, change: impl Fn(&mut Settings)) {
     let mut settings = preset("accurate");
     change(&mut settings);
-    let truth = truth(scene);
-    let difference = Estimate::of(&means(scene, &settings)).minus(&truth);
+    let truth = truth(scene, looked_at);
+    let difference = Estimate::of(&means(scene, &settings, seeds, looked_at)).minus(&truth);
     let bias = difference.mean / truth.mean;
     let half_width = difference.t_interval_half_width(CONFIDENCE) / truth.mean;
     let text = format!(
@@ -115,43 +116,52 @@ fn check(name: &str, scene: &Scene, change: impl Fn(&mut Settings)) {
     assert!(bias.abs() <= half_width, "{text}");
 }
 
-const ALL: [&str; 3] = ["camera", "object", "light"];
+/// Sets the reuse of direct and of indirect light.
+fn reuse(settings: &mut Settings, mode: ReuseMode) {
+    settings.direct.resampling.reuse = mode;
+    settings.direct.resampling.light_samples = 24;
+    settings.indirect.resampling.reuse = mode;
+}
+
+/// Compares reuse over time at rest and in motion, and reuse among neighbours.
+fn check_all(name: &str, change: impl Fn(&Camera) -> Camera) {
+    let [still, moving] =
+        [&[][..], &["camera", "object", "light"]].map(|names| playroom(names, &change));
+    for (motion, scene) in [("at rest", &still), ("in motion", &moving)] {
+        let name = format!("{name} {motion}, over time");
+        check(&name, scene, SEEDS, 2, |settings| {
+            reuse(settings, ReuseMode::Temporal);
+        });
+    }
+    let name = format!("{name}, among neighbours");
+    check(&name, &still, MANY_SEEDS, 0, |settings| {
+        reuse(settings, ReuseMode::Spatial);
+    });
+}
 
 /// An orthographic camera that shows about what the perspective one shows.
 fn parallel(camera: &Camera) -> Camera {
     orthographic(camera, 4.0)
 }
 
-/// A lens that is focused on the middle of the room.
-fn blurred(camera: &Camera) -> Camera {
-    with_lens(camera, 0.5, 4.0)
+#[test]
+fn an_orthographic_camera_is_unbiased() {
+    check_all("orthographic", parallel);
 }
 
 #[test]
-fn an_orthographic_camera_at_rest() {
-    check("at rest", &playroom(&[], parallel), |_| ());
+fn a_lens_is_unbiased() {
+    // Focused on the middle of the room.
+    check_all("lens", |camera| with_lens(camera, 0.5, 4.0));
 }
 
 #[test]
-fn an_orthographic_camera_in_motion() {
-    check("in motion", &playroom(&ALL, parallel), |_| ());
-}
-
-#[test]
-fn an_orthographic_camera_with_cells_of_space() {
-    check("cells", &playroom(&["camera"], parallel), |settings| {
+fn cells_of_space_are_unbiased_with_an_orthographic_camera() {
+    let scene = playroom(&["camera"], parallel);
+    check("cells", &scene, SEEDS, 2, |settings| {
+        reuse(settings, ReuseMode::Temporal);
         settings.direct.resampling.candidates = Candidates::HashGrid;
         settings.indirect.secondary = Secondary::WorldReservoirs;
         settings.world_reservoirs.min_lights = 0;
     });
-}
-
-#[test]
-fn a_lens_at_rest() {
-    check("at rest", &playroom(&[], blurred), |_| ());
-}
-
-#[test]
-fn a_lens_in_motion() {
-    check("in motion", &playroom(&ALL, blurred), |_| ());
 }

@@ -1,8 +1,9 @@
 //! Tests of orthographic cameras: known surfaces at known pixels and depths, the sky, and reuse that does not depend on how far
 //! away the camera stands.
 
+use crate::support::brute_force::camera_ray;
 use crate::{frame, orthographic, preset, renderer, support, view};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use headwater::device_scene::GpuScene;
 use headwater::procedural;
 use headwater::render::{Lighting, Renderer, ResolvedSettings, Tracking};
@@ -46,18 +47,6 @@ fn a_square_has_its_size_at_every_distance() {
     }
 }
 
-/// The origin of the ray through the centre of a pixel, in f64.
-fn origin(camera: &Camera, pixel: [u32; 2], size: [u32; 2]) -> DVec3 {
-    let [x, y] = pixel.map(|at| f64::from(at) + 0.5);
-    let [width, height] = size.map(f64::from);
-    let half = camera.projection.half_height();
-    let local = DVec2::new(
-        (2.0 * x / width - 1.0) * width / height,
-        1.0 - 2.0 * y / height,
-    ) * half;
-    camera.camera_to_world.transform_point3(local.extend(0.0))
-}
-
 #[test]
 fn a_tilted_plane_has_the_depth_along_the_ray() {
     const SIZE: [u32; 2] = [48, 40];
@@ -87,9 +76,10 @@ fn a_tilted_plane_has_the_depth_along_the_ray() {
     let forward = -camera.camera_to_world.matrix3.z_axis;
     let (mut seen, mut worst) = (0, 0.0_f64);
     for (index, surface) in (0..).zip(&surfaces) {
-        let from = origin(&camera, [index % SIZE[0], index / SIZE[0]], SIZE);
-        let depth = (corner - from).dot(normal) / forward.dot(normal);
-        let point = from + depth * forward - corner;
+        let (from, direction) = camera_ray(&camera, [index % SIZE[0], index / SIZE[0]], SIZE);
+        assert!((direction - forward).length() < 1e-12);
+        let depth = (corner - from).dot(normal) / direction.dot(normal);
+        let point = from + depth * direction - corner;
         // The parallelogram's coordinates of the point.
         let across = |a: DVec3, b: DVec3| point.cross(b).dot(normal) / a.cross(b).dot(normal);
         let inside = [across(u, v), across(v, u)].map(|at| at.min(1.0 - at));

@@ -19,12 +19,12 @@ pub(super) fn check(args: &ViewArgs, camera: &Camera) -> Result<()> {
     let (aperture, focus) = (args.aperture, args.focus);
     if !(aperture >= 0.0 && aperture.is_finite()) {
         return Err(Error::input(format!(
-            "--aperture {aperture}: the diameter of a lens is a finite number of scene units, 0 or above"
+            "--aperture {aperture:?}: the diameter of a lens is a finite number of scene units, 0 or above"
         )));
     }
     if let Some(focus) = focus.filter(|focus| !(*focus > 0.0)) {
         return Err(Error::input(format!(
-            "--focus {focus}: the distance must be above 0, in scene units"
+            "--focus {focus:?}: the distance must be above 0, in scene units"
         )));
     }
     if aperture == 0.0 {
@@ -32,7 +32,7 @@ pub(super) fn check(args: &ViewArgs, camera: &Camera) -> Result<()> {
     }
     if matches!(camera.projection, Projection::Orthographic { .. }) {
         return Err(Error::input(format!(
-            "--aperture {aperture}: camera '{}' is orthographic, which has no lens; choose another by --camera or --look-at",
+            "--aperture {aperture:?}: camera '{}' is orthographic, which has no lens; choose another by --camera or --look-at",
             camera.name
         )));
     }
@@ -68,7 +68,7 @@ pub(super) fn add(
     renderer.set_time(clock.start_time);
     // One pixel, whose ray is the camera's axis.
     let seen = renderer.primary_surfaces()?;
-    let distance = seen.first().map_or(0.0, |surface| f64::from(surface.depth));
+    let distance = seen.first().map_or(0.0, |surface| surface.depth);
     if distance == 0.0 {
         return Err(Error::input(
             "--aperture: the centre of the picture shows no surface to focus on; set --focus DISTANCE",
@@ -77,7 +77,7 @@ pub(super) fn add(
     notice(&format!(
         "the lens is focused at {distance} scene units, on what the centre of the picture shows; --focus sets another distance"
     ));
-    with_lens(camera, args.aperture, distance)
+    with_lens(camera, args.aperture, f64::from(distance))
 }
 
 /// The `camera` with a lens; errors name the options.

@@ -141,7 +141,7 @@ fn names_do_not_count() {
 
 #[test]
 fn every_value_counts() {
-    let changes: [fn(&mut Scene); 17] = [
+    let changes: [fn(&mut Scene); 19] = [
         |s| s.meshes[0].positions[1].x = 2.0,
         |s| s.meshes[0].normals = vec![Vec3::Z; 3],
         |s| s.meshes[0].triangles[0] = [1, 2, 0],

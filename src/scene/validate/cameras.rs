@@ -24,7 +24,7 @@ pub fn check_camera(what: &str, camera: &Camera) -> Result<()> {
         }
         Projection::Orthographic { height } if !(height > 0.0 && height <= LARGEST_COORDINATE) => {
             return wrong(format!(
-                "its picture is {height} scene units high; the height must be above 0 and at most {LARGEST_COORDINATE:e}"
+                "its picture is {height:?} scene units high; the height must be above 0 and at most {LARGEST_COORDINATE:e}"
             ));
         }
         Projection::Perspective {
@@ -58,13 +58,13 @@ fn check_lens(lens: &Lens) -> std::result::Result<(), String> {
     } = *lens;
     if !(diameter > 0.0 && diameter <= LARGEST_COORDINATE) {
         return Err(format!(
-            "its diameter is {diameter} scene units; it must be above 0 and at most {LARGEST_COORDINATE:e}"
+            "its diameter is {diameter:?} scene units; it must be above 0 and at most {LARGEST_COORDINATE:e}"
         ));
     }
     // Closer, the rays would be almost parallel to the lens, and a picture would show nothing but noise.
     if !(focus_distance > 0.0 && focus_distance >= 1e-3 * diameter) {
         return Err(format!(
-            "its focus distance is {focus_distance} scene units; it must be above 0 and at least a thousandth of its diameter, {diameter}"
+            "its focus distance is {focus_distance:?} scene units; it must be above 0 and at least a thousandth of its diameter, {diameter:?}"
         ));
     }
     Ok(())

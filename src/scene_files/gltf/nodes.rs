@@ -268,7 +268,7 @@ pub fn camera(
             for (name, value) in [("xmag", xmag), ("ymag", ymag)] {
                 if *value == 0.0 || value.abs() > LARGEST_COORDINATE {
                     return wrong(format!(
-                        "{name} is {value}; it must be above 0 and at most {LARGEST_COORDINATE:e}"
+                        "{name} is {value:?}; it must be above 0 and at most {LARGEST_COORDINATE:e}"
                     ));
                 }
             }
@@ -295,7 +295,7 @@ pub fn camera(
                 format!("aspectRatio is {aspect}; it must be positive")
             }
             Projection::Orthographic { .. } => {
-                format!("xmag / ymag is {aspect}; it must be positive and finite")
+                format!("xmag / ymag is {aspect:?}; it must be positive and finite")
             }
         });
     }
