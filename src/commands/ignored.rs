@@ -41,7 +41,7 @@ pub fn note_for_view(view: &ViewArgs) {
             "--look-at sets the camera, so --camera {camera} has no effect"
         ));
     }
-    if view.aperture == 0.0 && view.focus.is_some() {
+    if view.aperture == 0.0 && view.focus.is_some_and(|focus| focus > 0.0) {
         notice("without --aperture, the camera is a pinhole, so --focus has no effect");
     }
     if file_of(&view.scene).is_none() {

@@ -104,6 +104,8 @@ fn orthographic_cameras_of_files_are_chosen_and_described() {
         text(&path),
         "--camera",
         "plan",
+        "--environment",
+        "neutral",
         "--width",
         "40",
         "--frames",
