@@ -274,7 +274,7 @@ def main():
         view = look_at(scene, options.look_at)
         ours, theirs = output / "headwater.exr", output / "mitsuba.exr"
         numbers = ",".join(repr(float(x)) for x in [*view[0], *view[1], view[2]])
-        arguments = ["reference", rendered, "-o", ours, "--spp", options.spp, "--bounces", options.bounces, "--jitter"]
+        arguments = ["reference", rendered, "-o", ours, "--spp", options.spp, "--bounces", options.bounces, "--jitter", "on"]
         arguments += ["--width", options.width, "--height", options.height, f"--look-at={numbers}"]
         arguments += ["--allow-missing"] if rendered.suffix != ".obj" else []
         arguments += ["--environment", options.environment] if options.environment else []
