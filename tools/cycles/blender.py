@@ -26,8 +26,8 @@ def rewrite(path, other, options):
     bpy.ops.export_scene.gltf(filepath=str(other), export_format="GLB", **options)
 
 
-def read(path, time):
-    """Imports a file into an empty scene, at a time in seconds."""
+def read(path, time, variant):
+    """Imports a file into an empty scene, at a time in seconds; its materials are those of a variant, if one is named."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     if path.suffix.lower() == ".obj":
         bpy.ops.wm.obj_import(filepath=str(path), forward_axis="NEGATIVE_Z", up_axis="Y")
@@ -37,6 +37,10 @@ def read(path, time):
         # A candela per unit of radiant intensity and a lux per unit of irradiance, as in Headwater.
         bpy.ops.import_scene.gltf(filepath=str(path), export_import_convert_lighting_mode="COMPAT")
     scene = bpy.context.scene
+    if variant:
+        names = [each.name for each in bpy.data.scenes[0].gltf2_KHR_materials_variants_variants]
+        bpy.data.scenes[0].gltf2_active_variant = names.index(variant)
+        bpy.ops.scene.gltf2_display_variant()
     frame = time * scene.render.fps / scene.render.fps_base
     scene.frame_set(math.floor(frame), subframe=frame % 1)
     for each in bpy.data.objects:
@@ -302,7 +306,11 @@ def prepare(scene, size, bounces):
 def render(scene, folder, spp, passes):
     """Pictures with different seeds, which have all samples together, as an array: pass, row, column, channel."""
     made = []
-    scene.cycles.samples = max(1, spp // passes)
+    # The first sample of Cycles is always at the centre of the pixel, so it is left out.
+    scene.cycles.use_sample_subset = True
+    scene.cycles.sample_offset = 1
+    scene.cycles.sample_subset_length = max(1, spp // passes)
+    scene.cycles.samples = scene.cycles.sample_subset_length + 1
     for seed in range(passes):
         scene.cycles.seed = 7919 * seed + 1
         path = pathlib.Path(folder) / f"{seed}.exr"

@@ -18,6 +18,7 @@ class Check:
     environment: str = "none"
     look_at: str | None = "1,3,4,0,0.3,0,40"
     start_time: float = 0.0
+    variant: str | None = None
     # Options of Blender's exporter, which writes the file that Headwater reads.
     exported: dict | None = None
 
@@ -181,10 +182,23 @@ def normal_map():
     normals = np.concatenate([slopes, np.ones((4, 4, 1))], -1)
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     texels = np.concatenate([np.round(normals * 127.5 + 127.5), np.full((4, 4, 1), 255)], -1).astype(np.uint8)
-    material = file.material(matte(normalTexture={"index": file.texture(texels), "scale": 0.8}))
-    for x, scale in ((-0.55, [0.5, 1, 0.8]), (0.55, [-0.5, 1, 0.8])):
+    material = file.material(matte(normalTexture={"index": file.texture(texels)}))
+    for x, scale in ((-0.55, [0.5, 0.5, 0.5]), (0.55, [-0.5, 0.5, 0.5])):
         file.place(file.quad(material, normals=True), translation=[x, 0, 0], scale=scale)
     file.light({"type": "directional", "intensity": 3.0}, rotation=[-0.5, 0.2, 0.1, 0.83666])
+    return file.document()
+
+
+def variants():
+    """`KHR_materials_variants`: the second of two, for one of two meshes."""
+    file = stage(SmallFile())
+    file.json.setdefault("extensions", {})["KHR_materials_variants"] = {"variants": [{"name": "red"}, {"name": "green"}]}
+    file.uses("KHR_materials_variants")
+    own, red, green = (file.material(matte((*color, 1.0))) for color in ([0.5, 0.5, 0.5], [0.9, 0.1, 0.1], [0.1, 0.8, 0.2]))
+    mesh = file.box(own)
+    mappings = [{"material": red, "variants": [0]}, {"material": green, "variants": [1]}]
+    file.json["meshes"][mesh]["primitives"][0]["extensions"] = {"KHR_materials_variants": {"mappings": mappings}}
+    file.place(mesh, translation=[-0.7, 0.3, 0.5], scale=[0.3, 0.3, 0.3])
     return file.document()
 
 
@@ -227,6 +241,7 @@ CHECKS = [
     Check("reflectance", reflectance(), environment="neutral", look_at=ABOVE),
     Check("reflectance-textures", reflectance(True), environment="neutral", look_at=ABOVE),
     Check("normal-map", normal_map),
+    Check("variants", variants, environment="neutral", variant="green"),
     Check("motion", motion, environment="neutral", start_time=0.5),
     Check("animation-pointer", animated_emission, start_time=0.5),
     Check("draco", instances, environment="neutral", exported={

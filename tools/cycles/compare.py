@@ -58,6 +58,7 @@ def headwater(scene, options, output):
     arguments += ["--environment", options.environment] if options.environment else []
     arguments += ["--allow-missing"] if options.allow_missing else []
     arguments += ["--start-time", options.start_time] if options.start_time else []
+    arguments += ["--material-variant", options.material_variant] if options.material_variant else []
     run(*arguments)
     with OpenEXR.File(str(output), separate_channels=True) as file:
         channels = {name: channel.pixels.astype(np.float64) for name, channel in file.channels().items()}
@@ -96,7 +97,7 @@ def cycles(scene_file, scene, options, size, view, folder):
 
     surroundings = environment(scene, options, folder)
     with quiet():
-        scene = blender.read(scene_file, options.start_time)
+        scene = blender.read(scene_file, options.start_time, options.material_variant)
         blender.change_surfaces(options.lambert)
         blender.change_spots()
         blender.surround(scene, surroundings)
@@ -177,6 +178,7 @@ def check(names, options):
             path.write_text(json.dumps(each.document()))
             options.lambert, options.environment = each.lambert, each.environment
             options.look_at, options.start_time = each.look_at, each.start_time
+            options.material_variant = each.variant
             if compare(path, options, options.output or pathlib.Path(temporary), each.exported) > SIGMAS:
                 failed.append(each.name)
     if failed:
@@ -191,6 +193,7 @@ def main():
     parser.add_argument("--environment", metavar="FILE|sky:…|neutral|none", help="as for headwater")
     parser.add_argument("--look-at", metavar="EX,EY,EZ,TX,TY,TZ[,DEGREES]")
     parser.add_argument("--start-time", metavar="SECONDS", type=float, default=0.0, help="as for headwater")
+    parser.add_argument("--material-variant", metavar="NAME", help="as for headwater")
     parser.add_argument("--allow-missing", action="store_true", help="as for headwater")
     parser.add_argument("--width", type=int, default=320)
     parser.add_argument("--height", type=int)
