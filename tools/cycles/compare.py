@@ -186,7 +186,7 @@ def check(names, options):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(prog="compare-with-cycles", description=__doc__)
     parser.add_argument("scene", nargs="*", help="a file: .gltf, .glb, .obj; with --check names of checks")
     parser.add_argument("--check", action="store_true", help="compare small files that are made for single features")
     parser.add_argument("--lambert", action="store_true", help="diffuse surfaces only, which both renderers define alike")
@@ -203,6 +203,11 @@ def main():
     options = parser.parse_args()
     if options.bounces < 1:
         parser.error("Cycles has at least one bounce")
+    unknown = set(options.scene) - {each.name for each in checks.CHECKS} if options.check else set()
+    if unknown:
+        parser.error(f"no such check: {', '.join(sorted(unknown))}; there are {', '.join(each.name for each in checks.CHECKS)}")
+    if not options.check and not options.scene:
+        parser.error("name a file, or give --check")
     if options.check:
         check(options.scene, options)
         return
