@@ -56,7 +56,10 @@ pub(super) fn read(
     let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
     let mut contents = buffers.contents();
     let views = meshopt::decode(&mut document, &contents, &unfolding, progress)?;
-    contents.extend(views.iter().map(|view| Ok(view.as_slice())));
+    contents.extend(views.iter().map(|view| match view {
+        Ok(bytes) => Ok(bytes.as_slice()),
+        Err(fault) => Err(fault.as_str()),
+    }));
     let elements = draco::decode(&mut document, &contents, &unfolding, progress)?;
     contents.extend(elements.iter().map(|element| Ok(element.as_slice())));
     let placed = nodes::placed(&document, &mut tally)?;

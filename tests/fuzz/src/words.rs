@@ -30,6 +30,7 @@ pub const GLTF_TEXTS: &str = r"
 pub const OBJ: &str = r"
     v vn vt vp f fo o g usemtl mtllib scene.obj p l curv surf s newmtl Kd Ke Pr Pm d Tr -halo map_Kd map_Ke map_Pr
     map_Pm norm map_Bump bump refl map_d map_Ks Ps Pc aniso off KD NEWMTL foo -q -s -o -t -mm -bm -boost -clamp on -blendu -blendv off -cc -imfchan r -type sphere
+    Material #1 WALL.PNG normal.png disp decal Ka Tf illum spectral xyz
     -texres 4 wall.png wall.jpg small.webp 1/1/1 1//1 -1/-1/-1 -1 nan inf 1e38 1e-45 \ #
 ";
 
