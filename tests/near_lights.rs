@@ -95,7 +95,7 @@ fn view(reach: f64, slant: f64) -> View {
 
 /// The points of the floor that the centres of the pixels show, row by row.
 fn points(view: &View, slant: f64) -> Vec<DVec3> {
-    let reach = (view.camera.vertical_fov / 2.0).tan();
+    let reach = view.camera.projection.half_height();
     let (sine, cosine) = slant.sin_cos();
     let eye = DVec3::new(0.0, cosine, sine) * DISTANCE;
     let (forward, up) = (-eye / DISTANCE, DVec3::X);

@@ -1,5 +1,6 @@
 #version 460
-// The surface through each pixel's centre, for the AOVs. What covers only a part of it is left out.
+// The surface through each pixel's centre, and through the centre of a lens, for the AOVs. What covers only a part of it is left
+// out.
 #include "bsdf/bsdf.glsl"
 #include "core/workgroups.glsl"
 #include "scene/camera.glsl"
@@ -27,9 +28,11 @@ void main() {
     uvec2 pixel = tile_pixel(frame.at.view.width, strip.first_row, frame.at.view.interleave);
     if (pixel.x >= frame.at.view.width || pixel.y >= strip.first_row + strip.rows) return;
     uint index = (pixel.y - strip.first_row) * frame.at.view.width + pixel.x;
-    Ray ray = camera_ray(frame.at.view.camera, vec2(pixel) + 0.5, vec2(frame.at.view.width, frame.at.view.height));
+    Ray ray = camera_ray(frame.at.view.camera, vec2(pixel) + 0.5, vec2(frame.at.view.width, frame.at.view.height), vec2(0.0));
     Hit hit = trace_camera(ray, NO_ALPHA_RANDOM);
-    PrimarySurface seen = PrimarySurface(vec3(0.0), vec3(0.0), 0.0, NONE, motion_of(ray.direction, ray.direction));
+    // An orthographic camera sees one direction of the sky in all pixels.
+    vec2 of_sky = CAMERA_MODEL == CAMERA_MODEL_ORTHOGRAPHIC ? vec2(0.0) : motion_of(ray.direction, ray.direction);
+    PrimarySurface seen = PrimarySurface(vec3(0.0), vec3(0.0), 0.0, NONE, of_sky);
     if (hit.instance != NONE) {
         Surface surface = surface_at(hit, ray);
         float cosine = max(-dot(ray.direction, surface.shading_normal), 0.0);

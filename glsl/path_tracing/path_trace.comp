@@ -148,8 +148,13 @@ void main() {
             if (sample_index >= end) break;
             started = true;
             random = random_start(pixel.y * frame.at.view.width + pixel.x, sample_index, frame.at.view.seed);
-            vec2 offset = frame.at.jitter != 0u ? to_unit(random_bits(random)).xy : vec2(0.5);
-            ray = camera_ray(frame.at.view.camera, vec2(pixel) + offset, vec2(frame.at.view.width, frame.at.view.height));
+            vec2 offset = vec2(0.5), lens = vec2(0.0);
+            if (frame.at.jitter != 0u || CAMERA_MODEL == CAMERA_MODEL_THIN_LENS) {
+                vec4 numbers = to_unit(random_bits(random));
+                if (frame.at.jitter != 0u) offset = numbers.xy;
+                lens = on_disc(numbers.zw);
+            }
+            ray = camera_ray(frame.at.view.camera, vec2(pixel) + offset, vec2(frame.at.view.width, frame.at.view.height), lens);
             radiance = vec3(0.0);
             path = Path(vec3(1.0), 0u, 0.0, 0.0, false, true);
             purpose = RAY_PATH;

@@ -47,12 +47,18 @@ vec2 position_in_pixel(uvec2 pixel, vec2 jitter) {
     return fract(jitter + vec2(to_unit(rotation.x), to_unit(rotation.y)));
 }
 
+// Where on the lens the primary ray of a pixel begins: the lens point of the frame, moved by a random offset of the pixel.
+vec2 position_on_lens(uvec2 pixel, vec2 lens_point) {
+    if (CAMERA_MODEL != CAMERA_MODEL_THIN_LENS) return vec2(0.0);
+    return on_disc(fract(lens_point + to_unit(pcg4d(uvec4(pixel, STREAM_LENS, 0u))).xy));
+}
+
 Ray primary_ray(uvec2 pixel) {
     vec2 at = vec2(pixel) + position_in_pixel(pixel, restir.at.jitter);
-    return camera_ray(restir.at.view.camera, at, vec2(picture_size()));
+    return camera_ray(restir.at.view.camera, at, vec2(picture_size()), position_on_lens(pixel, restir.at.lens_point));
 }
 
 Ray previous_primary_ray(uvec2 pixel) {
     vec2 at = vec2(pixel) + position_in_pixel(pixel, restir.at.previous_jitter);
-    return camera_ray(restir.at.previous_camera, at, vec2(picture_size()));
+    return camera_ray(restir.at.previous_camera, at, vec2(picture_size()), position_on_lens(pixel, restir.at.previous_lens_point));
 }

@@ -18,7 +18,14 @@ bool is_similar(uint material, vec3 normal, float depth, vec3 eye, SampleData b,
     return abs(distance(surface_position(b, ray_b), eye) - depth) <= restir.at.reuse.depth_tolerance * depth;
 }
 
-// Both distances are measured from the camera of surface a.
+// Both distances are measured from where surface a is seen.
 bool is_similar(SampleData a, Ray ray_a, SampleData b, Ray ray_b) {
-    return is_similar(a.material, compared_normal(a), a.depth, ray_a.origin, b, ray_b);
+    float depth = a.depth;
+    vec3 eye = ray_a.origin;
+    if (CAMERA_MODEL == CAMERA_MODEL_ORTHOGRAPHIC) {
+        vec3 position = surface_position(a, ray_a);
+        eye = eye_of(restir.at.view.camera, position);
+        depth = distance(position, eye);
+    }
+    return is_similar(a.material, compared_normal(a), depth, eye, b, ray_b);
 }

@@ -22,7 +22,8 @@ float transmittance(uint technique, ShadingPoint shading_point, Sample value) {
 
 View view_of(uint technique) {
     uvec2 pixel = pixels[technique];
-    return View(surface_position(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel)), primary_ray(pixel)), restir.at.view.camera.position);
+    vec3 position = surface_position(LOAD_SAMPLE_DATA(sample_data, slot_of(pixel)), primary_ray(pixel));
+    return View(position, eye_of(restir.at.view.camera, position));
 }
 
 // A sample keeps its value: its measure does not depend on the viewer.

@@ -44,8 +44,8 @@ float transmittance(uint technique, ShadingPoint shading_point, Sample value) {
 }
 
 View view_of(uint technique) {
-    if (technique == 0u) return View(point_now.position, restir.at.view.camera.position);
-    return View(point_before.position, restir.at.previous_camera.position);
+    if (technique == 0u) return View(point_now.position, eye_of(restir.at.view.camera, point_now.position));
+    return View(point_before.position, eye_of(restir.at.previous_camera, point_before.position));
 }
 
 // A sample moves with the triangle and the light that it names, from the frame of one technique to that of the other.
@@ -76,9 +76,8 @@ void merge_history() {
     Ray ray = primary_ray(pixel);
     // Reprojection: where the surface was, and which pixel showed it.
     vec3 position = previous_point(data.instance, surface_position(data, ray));
-    vec3 eye = restir.at.previous_camera.position;
     vec2 at;
-    if (!project(restir.at.previous_camera, position - eye, vec2(picture_size()), at)) return;
+    if (!project(restir.at.previous_camera, position - restir.at.previous_camera.position, vec2(picture_size()), at)) return;
     // Before the conversion to integers, which is undefined beyond their range.
     ivec2 before = ivec2(floor(clamp(at, vec2(-1.0), vec2(picture_size()))));
     if (is_outside(before)) return;
@@ -86,7 +85,7 @@ void merge_history() {
     SampleData previous = LOAD_SAMPLE_DATA(previous_sample_data, previous_slot);
     Ray previous_ray = previous_primary_ray(uvec2(before));
     if (MOVES) {
-        vec3 normal = previous_normal(data.instance, compared_normal(data));
+        vec3 normal = previous_normal(data.instance, compared_normal(data)), eye = eye_of(restir.at.previous_camera, position);
         if (!is_similar(data.material, normal, distance(position, eye), eye, previous, previous_ray)) return;
     } else if (!is_similar(data, ray, previous, previous_ray)) {
         return;

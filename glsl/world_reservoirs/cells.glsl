@@ -8,7 +8,9 @@
 // where they are while the camera moves; `u` in [0, 1) blurs the border between two sizes.
 float cell_side(GpuCamera camera, uint width, float pixels, vec3 position, float u, out int level) {
     float pixel = 2.0 * length(camera.right) / float(width);
-    float wanted = pixels * pixel * distance(position, camera.position);
+    // A pixel of an orthographic camera has this size at every distance.
+    float scale = CAMERA_MODEL == CAMERA_MODEL_ORTHOGRAPHIC ? 1.0 : distance(position, camera.position);
+    float wanted = pixels * pixel * scale;
     level = int(floor(log2(max(wanted, TINY)) + u));
     return exp2(float(level));
 }

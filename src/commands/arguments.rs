@@ -64,6 +64,19 @@ pub struct ViewArgs {
         allow_hyphen_values = true
     )]
     pub look_at: Option<String>,
+    /// Diameter of the camera's lens in scene units, which blurs what is out of focus; 0 is a pinhole, which shows
+    /// everything sharply
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        value_name = "DIAMETER"
+    )]
+    pub aperture: f64,
+    /// Distance of what --aperture shows sharply, in scene units along the viewing direction; without it, the distance of
+    /// what the centre of the picture shows at --start-time
+    #[arg(long, allow_hyphen_values = true, value_name = "DISTANCE")]
+    pub focus: Option<f64>,
     /// Time in the scene, in seconds, at which it is rendered; with --fps, it is the time of frame 0
     #[arg(
         long,

@@ -41,6 +41,9 @@ pub fn note_for_view(view: &ViewArgs) {
             "--look-at sets the camera, so --camera {camera} has no effect"
         ));
     }
+    if view.aperture == 0.0 && view.focus.is_some() {
+        notice("without --aperture, the camera is a pinhole, so --focus has no effect");
+    }
     if file_of(&view.scene).is_none() {
         for (option, is_given) in [
             ("--allow-missing", view.load.allow_missing),

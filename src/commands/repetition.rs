@@ -25,6 +25,11 @@ pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
     add("camera", view.camera.as_deref().map(quoted));
     add("look-at", view.look_at.as_deref().map(quoted));
     add(
+        "aperture",
+        (view.aperture != 0.0).then(|| view.aperture.to_string()),
+    );
+    add("focus", view.focus.map(|focus| focus.to_string()));
+    add(
         "material-variant",
         view.load.material_variant.as_deref().map(quoted),
     );
@@ -86,11 +91,13 @@ mod tests {
             "by night",
             "--width=9",
             "--jitter=off",
+            "--aperture=0.05",
+            "--focus=2.5",
         ];
         let Line { view } = Line::parse_from(words);
         assert_eq!(
             of_view(&view, "--preset fast", None),
-            "headwater render a.glb --preset fast --bounces 5 --material-variant 'by night' --width 9 --jitter off --allow-missing"
+            "headwater render a.glb --preset fast --bounces 5 --aperture 0.05 --focus 2.5 --material-variant 'by night' --width 9 --jitter off --allow-missing"
         );
     }
 }

@@ -9,7 +9,7 @@ use crate::base::json::value_of;
 use crate::base::printable::printable;
 use crate::image::Image;
 use crate::procedural;
-use crate::scene::camera::{DEFAULT_ASPECT, framing_camera};
+use crate::scene::camera::{DEFAULT_ASPECT, Projection, framing_camera};
 use crate::scene::requirements::Requirements;
 use crate::scene::{Environment, Motion};
 use crate::scene_files::{Options, environment_file_of, export};
@@ -160,11 +160,13 @@ fn inspect(name: &str, load: Options, as_json: bool) -> Result<()> {
         .cameras
         .iter()
         .map(|c| {
-            json!({
-                "name": c.name,
-                "vertical_fov_degrees": c.vertical_fov.to_degrees(),
-                "aspect_ratio": c.aspect_ratio,
-            })
+            let (key, extent) = match c.projection {
+                Projection::Perspective { vertical_fov, .. } => {
+                    ("vertical_fov_degrees", vertical_fov.to_degrees())
+                }
+                Projection::Orthographic { height } => ("orthographic_height", height),
+            };
+            json!({ "name": c.name, key: extent, "aspect_ratio": c.aspect_ratio })
         })
         .collect();
     let summary = json!({

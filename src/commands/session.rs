@@ -3,6 +3,7 @@
 //! profiles are in `session/`.
 
 mod cameras;
+mod lens;
 mod opened_scene;
 mod picture;
 mod profiling;

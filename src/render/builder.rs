@@ -7,7 +7,7 @@ use crate::device_scene::GpuScene;
 use crate::device_scene::selection::{Request, select};
 use crate::device_scene::sizes::SceneSizes;
 use crate::gpu::{Device, Instance, InstanceOptions};
-use crate::scene::camera::framing_camera;
+use crate::scene::camera::{Lens, framing_camera};
 use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -32,6 +32,7 @@ pub struct RendererBuilder<'a> {
     /// The settings of the renderer; `None` stands for those of the default preset, `balanced`.
     settings: Option<Settings>,
     camera: Option<Camera>,
+    lens: Option<Lens>,
     size: (u32, u32),
     seed: u32,
     bounces: u32,
@@ -55,6 +56,7 @@ impl<'a> RendererBuilder<'a> {
             scene,
             settings: None,
             camera: None,
+            lens: None,
             size: (640, 360),
             seed: 0,
             bounces: 5,
@@ -84,6 +86,14 @@ impl<'a> RendererBuilder<'a> {
     /// used that shows the whole scene.
     pub fn camera(mut self, camera: Camera) -> Self {
         self.camera = Some(camera);
+        self
+    }
+
+    /// Gives the camera a lens, which blurs what is not at its focus distance. Without this call, the camera is used as it is:
+    /// cameras of files are pinholes, which show everything sharply. A lens in the camera itself ([`Camera::with_lens`]) has
+    /// the same effect.
+    pub fn lens(mut self, lens: Lens) -> Self {
+        self.lens = Some(lens);
         self
     }
 
@@ -127,7 +137,8 @@ impl<'a> RendererBuilder<'a> {
     /// Opens the device, uploads the scene, and makes the renderer with its passes and buffers.
     ///
     /// # Errors
-    /// The width or the height of the picture is 0, the picture is too large, Vulkan is not available, no device fits the
+    /// The width or the height of the picture is 0, the picture is too large, the lens has a value outside of its range or
+    /// the camera is orthographic and cannot have one, Vulkan is not available, no device fits the
     /// selection, or the scene exceeds the memory or a limit of the device.
     pub fn build(self) -> Result<Renderer> {
         let (width, height) = self.size;
@@ -144,6 +155,10 @@ impl<'a> RendererBuilder<'a> {
         let first = scene.cameras.first().cloned();
         let camera = (self.camera.or(first))
             .unwrap_or_else(|| framing_camera(scene, f64::from(width) / f64::from(height)));
+        let camera = match self.lens {
+            Some(lens) => camera.with_lens(lens)?,
+            None => camera,
+        };
         let instance = Instance::new(InstanceOptions::default())?;
         let (info, _) = instance.choose(self.device.as_deref())?;
         let selection = select(&info, Request::default(), &SceneSizes::of(scene))?;

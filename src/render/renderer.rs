@@ -3,7 +3,7 @@
 //! Methods that return a [`Result`] fail if the device fails, if its driver rejects a shader, or if the scene cannot be
 //! posed at the time of a frame. `# Errors` sections name other errors.
 
-use super::camera::gpu_camera;
+use super::camera::{camera_model, gpu_camera};
 use super::counters::Counts;
 use super::integrators::{Integrator, PathTracer, Restir};
 use super::light_samplers::light_bvh::LightBvhBuffer;
@@ -21,8 +21,8 @@ use crate::device_scene::GpuScene;
 use crate::gpu::{Device, PassTime};
 use crate::scene::{Camera, MovingCamera};
 use crate::shader_interface::{
-    FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov, Specialisation,
-    ViewConstants,
+    CameraModel, FrameConstants, GpuCamera, PixelSums, PrimarySurface, ReservoirAov,
+    Specialisation, ViewConstants,
 };
 use crate::{Error, Result};
 use glam::Vec3;
@@ -52,6 +52,8 @@ struct Moment {
     /// The time in the scene, in seconds.
     time: f64,
     camera: GpuCamera,
+    /// The model of the camera, which must be that of the renderer's shaders.
+    model: CameraModel,
 }
 
 impl Renderer {
@@ -103,6 +105,7 @@ impl Renderer {
         };
         let specialisation = Specialisation {
             energy_compensated: settings.energy == Energy::Compensated,
+            camera_model: camera_model(&view.camera),
             ..scene.specialisation(settings.variant == Variant::Full)
         };
         let options = settings.light_bvh_options();
@@ -135,6 +138,7 @@ impl Renderer {
             next: Moment {
                 time: 0.0,
                 camera: constants.view.camera,
+                model: camera_model(&view.camera),
             },
             shown: [None; 2],
             constants,
@@ -157,11 +161,13 @@ impl Renderer {
     }
 
     /// Sets the camera of the next frames and samples, for example to the camera that [`crate::scene::Scene::camera_at`]
-    /// returns.
+    /// returns. A camera of another model than the first one (pinhole, lens, orthographic) is an error of the next frame,
+    /// because the shaders are specialised for it.
     pub fn set_camera(&mut self, camera: &Camera) {
         let ViewConstants { width, height, .. } = self.constants.view;
         let units = &self.bindings.scene.units;
         self.next.camera = gpu_camera(camera, units, width, height);
+        self.next.model = camera_model(camera);
     }
 
     /// Sets the time in the scene, in seconds, that the next frames and samples show, and moves the camera to where `camera`
@@ -182,6 +188,13 @@ impl Renderer {
     /// camera of the new frame.
     fn begin(&mut self) -> Result<GpuCamera> {
         let next = self.next;
+        let model = self.bindings.specialisation.camera_model;
+        if next.model != model {
+            return Err(Error::input(format!(
+                "the camera is of the model {:?}, but this renderer was made for {model:?}; make another renderer for it",
+                next.model
+            )));
+        }
         let before = self.shown[0].unwrap_or(next);
         self.bindings.set_pose(next.time, before.time)?;
         self.shown = [Some(next), self.shown[0]];
@@ -342,7 +355,7 @@ impl Renderer {
         Ok(pixels)
     }
 
-    /// Finds the surface that the ray through each pixel's centre hits in the last frame (in the next frame, if none was
+    /// Finds the surface that the ray through each pixel's centre (and a lens's centre) hits in the last frame (in the next frame, if none was
     /// rendered yet): one per pixel, row by row from the top. Depths are in scene units; 0 means that the pixel shows no
     /// surface. This call traces these rays, separately from the rays of the picture.
     pub fn primary_surfaces(&mut self) -> Result<Vec<PrimarySurface>> {

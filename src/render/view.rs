@@ -8,10 +8,10 @@ use crate::scene::Camera;
 pub struct View {
     /// The camera of the first frame, in the world space of the scene, in scene units.
     pub camera: Camera,
-    /// The width of the picture in pixels, at least 1. The ratio of width and height decides the horizontal field of view
-    /// of the camera.
+    /// The width of the picture in pixels, at least 1. The ratio of width and height decides how much the camera shows
+    /// horizontally.
     pub width: u32,
-    /// The height of the picture in pixels, at least 1. The vertical field of view is that of `camera`, for any height.
+    /// The height of the picture in pixels, at least 1. What the picture shows vertically is decided by `camera`, for any height.
     pub height: u32,
     /// The seed from which all random numbers of the renderer are computed. Pictures with different seeds have independent
     /// noise.

@@ -1,8 +1,78 @@
-//! Cameras that do not come from a file: a camera that looks at a point, and a camera that shows a whole scene. This module
-//! also removes the scale from cameras that do come from a file.
+//! Projections of cameras, and cameras that do not come from a file: a camera that looks at a point, and a camera that shows
+//! a whole scene. This module also removes the scale from cameras that do come from a file.
 
+use super::validate::check_camera;
 use super::{Camera, Scene};
+use crate::{Error, Result};
 use glam::{DAffine3, DMat3, DVec3};
+
+/// The way in which a camera projects the scene to its picture. The width of the picture follows from its height and from the
+/// ratio of its sides in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Surfaces appear the smaller the further away they are.
+    Perspective {
+        /// Full vertical field of view, from the lower to the upper edge of the picture, in radians, in (0, π).
+        vertical_fov: f64,
+        /// The lens, which shows sharply only what is at its focus distance; `None` for a pinhole, which shows everything
+        /// sharply.
+        lens: Option<Lens>,
+    },
+    /// All rays are parallel to the viewing direction, so surfaces have the same size in the picture at every distance.
+    Orthographic {
+        /// Height of the part of the scene that the picture shows, in scene units, above 0.
+        height: f64,
+    },
+}
+
+/// A thin lens: rays of a pixel pass through all points of a disc around the camera's position, and meet in one point at the
+/// focus distance. It does not change the brightness of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Diameter of the lens (its aperture), in scene units, above 0 and finite. What is out of focus is blurred in proportion
+    /// to it.
+    pub diameter: f64,
+    /// Distance of the plane that the picture shows sharply, in scene units, measured from the camera's position along its
+    /// viewing direction; above 0. Infinity focuses on what is infinitely far away.
+    pub focus_distance: f64,
+}
+
+impl Projection {
+    /// The projection of a pinhole camera with this full vertical field of view, in radians.
+    pub const fn pinhole(vertical_fov: f64) -> Self {
+        Self::Perspective {
+            vertical_fov,
+            lens: None,
+        }
+    }
+
+    /// Half of the height of the picture: of an orthographic camera in scene units, of a perspective camera at the distance 1.
+    pub fn half_height(&self) -> f64 {
+        match self {
+            Self::Perspective { vertical_fov, .. } => (0.5 * vertical_fov).tan(),
+            Self::Orthographic { height } => 0.5 * height,
+        }
+    }
+}
+
+impl Camera {
+    /// The same camera with `lens` instead of a pinhole.
+    ///
+    /// # Errors
+    /// The camera is orthographic, or a value of `lens` is outside of its range.
+    pub fn with_lens(mut self, lens: Lens) -> Result<Self> {
+        match &mut self.projection {
+            Projection::Perspective { lens: own, .. } => *own = Some(lens),
+            Projection::Orthographic { .. } => {
+                return Err(Error::input(
+                    "an orthographic camera has no lens; use a perspective camera, or no aperture",
+                ));
+            }
+        }
+        check_camera("the lens", &self)?;
+        Ok(self)
+    }
+}
 
 /// The field of view of [`framing_camera`], in radians (40°). It is measured vertically, from the lower to the upper edge of
 /// the picture.
@@ -22,7 +92,7 @@ pub fn look_at(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     Camera {
         name: String::new(),
         camera_to_world: DAffine3::from_mat3_translation(axes(eye - target), eye),
-        vertical_fov: yfov,
+        projection: Projection::pinhole(yfov),
         aspect_ratio: None,
     }
 }
@@ -68,7 +138,7 @@ pub fn framing_camera(scene: &Scene, aspect: f64) -> Camera {
     Camera {
         name: String::new(),
         camera_to_world: DAffine3::from_mat3_translation(axes, axes * eye),
-        vertical_fov: FRAMING_FOV,
+        projection: Projection::pinhole(FRAMING_FOV),
         aspect_ratio: None,
     }
 }
@@ -160,7 +230,7 @@ mod tests {
             };
             for aspect in [0.5, 1.0, 16.0 / 9.0] {
                 let camera = framing_camera(&scene, aspect);
-                let slope = (camera.vertical_fov / 2.0).tan();
+                let slope = camera.projection.half_height();
                 let (mut left, mut right, mut height) = (0.0_f64, 0.0_f64, 0.0_f64);
                 let place = scene.instances[0].object_to_world;
                 for position in &scene.meshes[0].positions {

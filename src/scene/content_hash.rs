@@ -1,6 +1,7 @@
 //! A hash of everything in a scene that affects its picture. Pictures and results of studies store it, to identify their
 //! scene: they are reused or continued only for a scene with the same hash.
 
+use super::camera::{Lens, Projection};
 use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
 use super::texture::Wrap;
@@ -52,12 +53,29 @@ impl Scene {
             let Camera {
                 name: _,
                 camera_to_world,
-                vertical_fov,
+                projection,
                 aspect_ratio,
             } = camera;
             hash_affine(&mut hasher, camera_to_world);
             // 0 is no valid aspect ratio.
-            doubles(&mut hasher, &[*vertical_fov, aspect_ratio.unwrap_or(0.0)]);
+            let aspect = aspect_ratio.unwrap_or(0.0);
+            match projection {
+                Projection::Perspective { vertical_fov, lens } => {
+                    doubles(&mut hasher, &[*vertical_fov, aspect]);
+                    if let Some(Lens {
+                        diameter,
+                        focus_distance,
+                    }) = lens
+                    {
+                        hasher.update(b"lens\0");
+                        doubles(&mut hasher, &[*diameter, *focus_distance]);
+                    }
+                }
+                Projection::Orthographic { height } => {
+                    hasher.update(b"orthographic\0");
+                    doubles(&mut hasher, &[*height, aspect]);
+                }
+            }
         }
         // Nothing is added for scenes without motion, so that their hashes stay those of versions
         // without motion.

@@ -26,6 +26,7 @@ pub use motion::{Motion, MovingCamera};
 pub use punctual::{PunctualLight, PunctualShape};
 pub use texture::{Image, Texture};
 
+use camera::Projection;
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 
 /// A complete scene: meshes that instances place in the world, lights, and cameras. It comes from a file or a generator,
@@ -259,16 +260,15 @@ impl Material {
     }
 }
 
-/// A perspective camera, from which a picture is rendered. In its own space it looks along −Z, and +Y is the top of the
-/// picture.
+/// A camera, from which a picture is rendered. In its own space it looks along −Z, and +Y is the top of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Name of the file's node or camera, by which a user can choose the camera; possibly empty.
     pub name: String,
     /// Transform from camera to world space, in scene units: a rotation and a translation without scale.
     pub camera_to_world: DAffine3,
-    /// Full vertical field of view, from the lower to the upper edge of the picture, in radians, in (0, π).
-    pub vertical_fov: f64,
+    /// The projection of the scene to the picture, with the picture's vertical extent.
+    pub projection: Projection,
     /// Width of the picture divided by its height, above 0; `None` if the file does not give it. Commands then use 16:9.
     pub aspect_ratio: Option<f64>,
 }

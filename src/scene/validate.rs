@@ -1,11 +1,14 @@
 //! Checks the rules that every scene, loaded or generated, must fulfil before it is rendered, and repairs small faults.
 
+mod cameras;
 mod materials;
 mod meshes;
 pub(crate) mod punctual;
 
+pub use cameras::check_camera;
+
 use super::notices::{Tally, label};
-use super::{Bounds, Camera, Instance, Mesh, Scene};
+use super::{Bounds, Instance, Mesh, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, Vec3};
 use materials::{check_image, check_material, check_textures};
@@ -246,47 +249,9 @@ pub(super) fn is_singular(matrix: DMat3) -> bool {
     DMat3::from_cols(x, y, z).determinant().abs() <= SINGULAR
 }
 
-/// Checks that a picture can be rendered from a camera; `what` is the name of the camera in messages.
-///
-/// # Errors
-/// The field of view is not above 0 and below π; the aspect ratio is not positive and finite; the transform is not a
-/// rotation and a translation; or a coordinate of the camera exceeds [`LARGEST_COORDINATE`].
-pub fn check_camera(what: &str, camera: &Camera) -> Result<()> {
-    let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
-    let fov = camera.vertical_fov;
-    if !(fov > 0.0 && fov < std::f64::consts::PI) {
-        return wrong(format!(
-            "its vertical field of view is {fov} radians; it must be within 0 and π"
-        ));
-    }
-    if let Some(aspect) = camera.aspect_ratio
-        && !(aspect > 0.0 && aspect.is_finite())
-    {
-        return wrong(format!(
-            "its aspect ratio is {aspect}; it must be positive and finite"
-        ));
-    }
-    if !is_rigid(&camera.camera_to_world) {
-        return wrong("its transform is not a rotation and a finite translation".into());
-    }
-    if camera.camera_to_world.translation.abs().max_element() > LARGEST_COORDINATE {
-        return wrong(format!(
-            "it is further than {LARGEST_COORDINATE:e} from the origin; scale the scene down"
-        ));
-    }
-    Ok(())
-}
-
-fn is_rigid(transform: &DAffine3) -> bool {
-    let m = transform.matrix3;
-    transform.is_finite()
-        && (m.transpose() * m).abs_diff_eq(DMat3::IDENTITY, 1e-6)
-        && m.determinant() > 0.0
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::camera::look_at;
+    use super::super::camera::{Projection, look_at};
     use super::super::{Material, Part};
     use super::*;
     use glam::{DVec3, Vec3};
@@ -381,8 +346,14 @@ mod tests {
                 |s| s.instances[0].object_to_world.translation.x = 1e30,
                 "scale the scene down",
             ),
-            (|s| s.cameras[0].vertical_fov = 0.0, "camera 0"),
-            (|s| s.cameras[0].vertical_fov = f64::NAN, "field of view"),
+            (
+                |s| s.cameras[0].projection = Projection::pinhole(0.0),
+                "camera 0",
+            ),
+            (
+                |s| s.cameras[0].projection = Projection::pinhole(f64::NAN),
+                "field of view",
+            ),
             (|s| s.cameras[0].aspect_ratio = Some(0.0), "aspect ratio"),
             (
                 |s| s.cameras[0].camera_to_world.matrix3 *= 2.0,

@@ -18,6 +18,20 @@ crate::gpu_enum! {
 }
 
 crate::gpu_enum! {
+    /// The model of a camera, which decides where its primary rays begin and where they go.
+    pub enum CameraModel {
+        /// All primary rays begin at the camera's position.
+        #[default]
+        Pinhole,
+        /// All primary rays have the same direction, and begin in a plane through the camera's position.
+        Orthographic,
+        /// The primary rays of a pixel begin at all points of a disc around the camera's position, and meet at the focus
+        /// distance.
+        ThinLens,
+    }
+}
+
+crate::gpu_enum! {
     /// The MIS weights of a merge, which selects one sample from the reservoirs of a pixel, of its neighbours or of the
     /// previous frame. The weights divide each sample's contribution among the reservoirs that could have drawn this sample.
     /// They decide on bias, noise and cost.
@@ -134,6 +148,7 @@ crate::gpu_enum! {
 pub fn glsl() -> String {
     [
         Heuristic::glsl(),
+        CameraModel::glsl(),
         HashGrid::glsl(),
         WorldReservoirs::glsl(),
         Mis::glsl(),

@@ -142,6 +142,8 @@ crate::gpu_constants! {
     /// Number of the random stream of the separate candidate that a pixel draws among rare lights. Rare lights are far
     /// dimmer than the others, so a pixel would almost never select them among all lights.
     pub const STREAM_RARE: u32 = 9;
+    /// Number that selects the offset which each pixel adds to the lens point of a frame.
+    pub const STREAM_LENS: u32 = 10;
     /// Number of the random stream of the first spatial pass, which merges each pixel's reservoir with those
     /// of random neighbours. Spatial pass n of a frame, counted from 0, has the stream `STREAM_SPATIAL + n`.
     pub const STREAM_SPATIAL: u32 = 16;

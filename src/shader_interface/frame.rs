@@ -5,21 +5,28 @@ use crate::TILE;
 use glam::{UVec2, Vec2, Vec3};
 
 crate::gpu_struct! {
-    /// A pinhole camera. Shaders compute primary rays from it, and project points to the picture with it, for example to
-    /// find where a surface was in the previous frame.
+    /// A camera, whose [`CameraModel`](crate::CameraModel) is a specialisation constant. Shaders compute primary rays from
+    /// it, and project points to the picture with it, for example to find where a surface was in the previous frame.
     pub struct GpuCamera {
         /// Position of the camera relative to the scene's origin, in the device's unit of length. Primary
-        /// rays begin there.
+        /// rays begin there, those of an orthographic camera in the plane of `right` and `up` around it, and those of a
+        /// thin lens on the disc around it.
         pub position: Vec3,
         /// The direction in world space that points to the right in the picture. Its length is half the width of the image
-        /// plane at distance 1 from the camera.
+        /// plane: of an orthographic camera in the device's unit of length, of others at distance 1 from the camera.
         pub right: Vec3,
-        /// The direction in world space that points upwards in the picture. Its length is half the height of the image plane
-        /// at distance 1 from the camera.
+        /// The direction in world space that points upwards in the picture. Its length is half the height of the image
+        /// plane, in the same unit as that of `right`.
         pub up: Vec3,
         /// Unit viewing direction in world space, from the camera to the centre of the picture. The direction
-        /// of a primary ray is the sum of this vector and multiples, in [−1, 1], of `right` and `up`.
+        /// of a primary ray is the sum of this vector and multiples, in [−1, 1], of `right` and `up`; with an orthographic
+        /// camera, it is this vector.
         pub forward: Vec3,
+        /// Radius of the thin lens, in the device's unit of length; 0 without a lens.
+        pub lens_radius: f32,
+        /// Radius of the thin lens divided by its focus distance: the tangent of the angle by which a ray through the rim of
+        /// the lens is tilted against the parallel ray through its centre. 0 without a lens, or if it is focused on infinity.
+        pub lens_slope: f32,
     }
 }
 
@@ -124,7 +131,8 @@ crate::gpu_struct! {
         /// there is no reuse, because a good sample of one surface is rarely good for the other.
         pub min_normal_cosine: f32,
         /// Maximum difference between the distances of two surfaces from the camera, as a fraction of the distance of the
-        /// pixel's own surface. Surfaces with a larger difference do not reuse each other's samples.
+        /// pixel's own surface; for an orthographic camera, the difference of depths as a fraction of the picture's height.
+        /// Surfaces with a larger difference do not reuse each other's samples.
         pub depth_tolerance: f32,
         /// 1: two surfaces may reuse each other's samples only if they have the same material; 0: their materials do not
         /// matter.
@@ -261,6 +269,11 @@ crate::gpu_struct! {
         pub jitter: Vec2,
         /// The value of `jitter` in the previous frame. Shaders compute the primary rays of that frame again with it.
         pub previous_jitter: Vec2,
+        /// Point of the thin lens through which primary rays pass in this frame, in [0, 1)². Each pixel adds a random offset
+        /// of its own, modulo 1, and maps the sum to the disc. Without meaning for other camera models.
+        pub lens_point: Vec2,
+        /// The value of `lens_point` in the previous frame. Shaders compute the primary rays of that frame again with it.
+        pub previous_lens_point: Vec2,
         /// Number of entries in a buffer with one entry per pixel. If the order of pixels uses tiles, it is larger than the
         /// number of pixels, because incomplete tiles at the edge count as whole.
         pub slots: u32,
@@ -272,7 +285,7 @@ crate::gpu_struct! {
         /// shared. Below 1: no limit.
         pub jacobian_limit: f32,
         /// Minimum distance between the second vertex of a path and each of the two surface points that share the path, as a
-        /// fraction of this point's distance from the camera. Paths with a closer second vertex are not shared, because they
+        /// fraction of this point's distance from the camera (of the picture's height for an orthographic camera). Paths with a closer second vertex are not shared, because they
         /// cause outliers in corners. 0: no limit.
         pub min_distance: f32,
         /// Number of BSDF rays that each pixel traces per frame as candidates of direct light. Their hits

@@ -20,7 +20,9 @@ mod scene_buffers;
 mod specialisation;
 mod variants;
 
-pub use choices::{Format, HashGrid, Heuristic, Mis, PixelOrder, Visibility, WorldReservoirs};
+pub use choices::{
+    CameraModel, Format, HashGrid, Heuristic, Mis, PixelOrder, Visibility, WorldReservoirs,
+};
 pub use constants::*;
 pub use frame::{
     FrameConstants, GpuCamera, GridConstants, PrefixLevel, RestirConstants, ReuseConstants,

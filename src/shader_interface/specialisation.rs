@@ -1,7 +1,9 @@
 //! Specialisation constants: constants of a shader whose values depend on the scene and the settings. The program sets the
 //! values when it loads the shader, and removes the code that they make unnecessary before the driver compiles the shader.
 
-use crate::{Format, HashGrid, Mis, PILOT_WORDS, PixelOrder, Visibility, WorldReservoirs};
+use crate::{
+    CameraModel, Format, HashGrid, Mis, PILOT_WORDS, PixelOrder, Visibility, WorldReservoirs,
+};
 
 crate::gpu_specialisation! {
     /// The values of the specialisation constants of a pass (a compute shader). They decide which code of the pass is
@@ -133,6 +135,8 @@ crate::gpu_specialisation! {
         /// surface that the pixel shows), as if it were equal in all directions. This is cheaper than evaluating the BSDF at
         /// this vertex again, but it gives a bias if the surface there is glossy.
         pub biased_shift: bool = false,
+        /// The model of the camera, which decides where primary rays begin and where they go.
+        pub camera_model: CameraModel = CameraModel::Pinhole,
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod advise;
 mod arguments;
+mod cameras;
 mod compare;
 mod inputs;
 mod limits;

@@ -1,6 +1,7 @@
 //! Tests of single shader functions: each is called for many inputs, and the results are compared with the same function
 //! written in f64.
 
+mod camera;
 mod directions;
 mod environment;
 mod light_bvh;

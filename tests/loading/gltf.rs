@@ -3,6 +3,7 @@
 use crate::files::{Folder, Gltf, floats};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use glam::{DVec3, Vec3, Vec4};
+use headwater::scene::camera::Projection;
 use headwater::scene::{AlphaMode, Material, Scene};
 use serde_json::json;
 
@@ -39,7 +40,7 @@ fn a_plain_file_is_read_in_full() {
     assert_eq!(scene.materials[0].name, "paint");
     assert_eq!(scene.instances[0].name, "root");
     assert_eq!(scene.cameras[0].name, "eye");
-    assert_eq!(scene.cameras[0].vertical_fov, 0.8);
+    assert_eq!(scene.cameras[0].projection, Projection::pinhole(0.8));
     assert_eq!(scene.cameras[0].aspect_ratio, Some(1.5));
     let eye = scene.cameras[0].camera_to_world.translation;
     assert_eq!(eye, DVec3::new(0.0, 0.0, 5.0));
@@ -424,7 +425,7 @@ fn what_is_ignored_is_said_once() {
         json["scenes"][0]["nodes"] = json!([0, 1, 2]);
         json["cameras"].as_array_mut().unwrap().push(json!({
             "type": "orthographic",
-            "orthographic": { "xmag": 1, "ymag": 1, "znear": 0, "zfar": 1 },
+            "orthographic": { "xmag": -1, "ymag": 1, "znear": 0, "zfar": 1 },
         }));
     });
     let scene = load(&file);
@@ -437,9 +438,43 @@ fn what_is_ignored_is_said_once() {
             "alpha modes that are unknown are taken as OPAQUE: material 0 \"paint\" has \"GLASS\"",
             "skins are ignored, the mesh stands as modelled: node 0 \"root\"",
             "morph targets are ignored: mesh 0 \"leaf\" primitive 0",
-            "orthographic cameras are skipped: camera 1 of node 2",
+            "cameras with a negative xmag or ymag, which mirrors the picture, are skipped: camera 1 of node 2",
         ]
     );
+}
+
+#[test]
+fn orthographic_cameras_have_half_of_their_extents() {
+    let with = |xmag: serde_json::Value, ymag: serde_json::Value| {
+        Gltf::triangle().with(|json| {
+            // Scale does not count, as with perspective cameras.
+            json["nodes"][1]["scale"] = json!([3, 3, 3]);
+            json["cameras"][0] = json!({
+                "type": "orthographic",
+                "orthographic": { "xmag": xmag, "ymag": ymag, "znear": 1, "zfar": 2 },
+            });
+        })
+    };
+    let scene = load(&with(json!(3), json!(1.5)));
+    let camera = &scene.cameras[0];
+    assert_eq!(camera.projection, Projection::Orthographic { height: 3.0 });
+    assert_eq!(camera.aspect_ratio, Some(2.0));
+    assert_eq!(
+        camera.camera_to_world.translation,
+        DVec3::new(0.0, 0.0, 5.0)
+    );
+    let folder = Folder::new();
+    for (xmag, ymag, said) in [
+        (json!(0), json!(1), "xmag is 0"),
+        (json!(1), json!(0.0), "ymag is 0"),
+        (json!(1), json!(1e300), "ymag is 1e300"),
+        (json!(1e-300), json!(1e15), "xmag / ymag is 0"),
+        (json!("wide"), json!(1), "f64"),
+        (json!(1), json!(null), "f64"),
+    ] {
+        let text = folder.refuse("camera.glb", with(xmag, ymag).glb());
+        assert!(text.contains(said), "{text}");
+    }
 }
 
 #[test]

@@ -10,6 +10,7 @@ use headwater::device_scene::{GpuScene, SceneSizes};
 use headwater::gpu::{Device, DeviceInfo, Features, Instance};
 use headwater::render::outputs::Sums;
 use headwater::render::{Renderer, Settings, View};
+use headwater::scene::camera::Projection;
 use headwater::scene::{Camera, Instance as Placed, Material, Mesh, Part, Scene};
 use headwater::shader_interface::{GeometryAccess, Textures, Tracer, Variant};
 use std::io::Write as _;
@@ -231,7 +232,7 @@ pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Camer
     Camera {
         name: String::new(),
         camera_to_world: DAffine3::from_cols(right, back.cross(right), back, eye),
-        vertical_fov,
+        projection: Projection::pinhole(vertical_fov),
         aspect_ratio: None,
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::commands::arguments::ViewArgs;
 use crate::commands::notice;
-use crate::scene::camera::framing_camera;
+use crate::scene::camera::{Projection, framing_camera};
 use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -45,17 +45,26 @@ pub(super) fn choose_camera(
     })
 }
 
-/// The position, the directions of the axes and the field of view (in radians) of a camera as text, with all digits, so
-/// that different cameras have different texts. Pictures and profiles store it; a reference is resumed, and two
+/// The position, the directions of the axes and the projection of a camera as text, with all digits and angles in radians,
+/// so that different cameras have different texts. Pictures and profiles store it; a reference is resumed, and two
 /// profiles are compared, only if their texts are equal.
 pub fn camera_text(camera: &Camera) -> String {
     let transform = camera.camera_to_world;
     let text = |v: DVec3| format!("{:?} {:?} {:?}", v.x, v.y, v.z);
+    let projection = match camera.projection {
+        Projection::Perspective { vertical_fov, lens } => {
+            let lens = lens.map(|lens| {
+                let (diameter, focus) = (lens.diameter, lens.focus_distance);
+                format!("; aperture {diameter:?}; focus {focus:?}")
+            });
+            format!("vertical fov {vertical_fov:?}{}", lens.unwrap_or_default())
+        }
+        Projection::Orthographic { height } => format!("orthographic height {height:?}"),
+    };
     format!(
-        "eye {}; back {}; up {}; vertical fov {:?}",
+        "eye {}; back {}; up {}; {projection}",
         text(transform.translation),
         text(transform.matrix3.z_axis),
         text(transform.matrix3.y_axis),
-        camera.vertical_fov
     )
 }

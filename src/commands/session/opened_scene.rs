@@ -1,6 +1,7 @@
 //! A scene that was loaded and uploaded to a device, before a renderer is made for it.
 
 use super::cameras::choose_camera;
+use super::lens;
 use crate::Result;
 use crate::commands::arguments::ViewArgs;
 use crate::commands::choices::{JitterArg, TexturesArg};
@@ -130,10 +131,11 @@ impl OpenedScene {
         if shown.clock_is_given || moves {
             apply_clock(&clock, &mut scene, "")?;
         }
-        let (camera, followed) = match camera_override {
+        let (mut camera, followed) = match camera_override {
             Some(camera) => (camera, None),
             None => choose_camera(&scene, args, clock.start_time)?,
         };
+        lens::check(args, &camera)?;
         let (width, height) = args.size(&camera)?;
         if let Some(why) = black {
             notice(why);
@@ -190,6 +192,13 @@ impl OpenedScene {
         interrupt.check(NOTHING_WRITTEN)?;
         let gpu_scene = Arc::new(GpuScene::new(&device, &scene, origin, variant)?);
         interrupt.check(NOTHING_WRITTEN)?;
+        if args.aperture != 0.0 {
+            camera = lens::add(args, camera, &device, &gpu_scene, &clock)?;
+            // The camera moves with its lens.
+            if let Some(index) = followed {
+                scene.cameras[index].projection = camera.projection;
+            }
+        }
         Ok(Self {
             view: View {
                 camera,

@@ -74,7 +74,8 @@ pub struct Indirect {
     #[schemars(range(min = 0.0, max = 1e9))]
     pub jacobian_limit: f32,
     /// Limit of reuse of a path between two pixels or frames. The path is not reused if its second vertex is too close to
-    /// the surface of one of the two: closer than this fraction of that surface's distance from the camera. 0: no limit.
+    /// the surface of one of the two: closer than this fraction of that surface's distance from the camera, or of the height of an orthographic picture.
+    /// 0: no limit.
     /// Higher: fewer outliers in corners, less reuse. Unbiased at any value.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_distance: f32,

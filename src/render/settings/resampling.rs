@@ -153,8 +153,8 @@ pub struct Similar {
     #[schemars(range(min = 0.0, max = 180.0))]
     pub normal: f32,
     /// Two surfaces are similar, so that one may reuse the samples of the other, only if their distances from the camera
-    /// differ by at most this fraction of the distance of the surface that reuses samples. Lower: less noise at edges,
-    /// but fewer neighbours.
+    /// differ by at most this fraction of the distance of the surface that reuses samples (with an orthographic camera: of
+    /// the picture's height). Lower: less noise at edges, but fewer neighbours.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub depth: f32,
     /// True if a surface may reuse the samples of another one only if both have the same material; false if the material

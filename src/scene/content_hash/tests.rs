@@ -141,7 +141,7 @@ fn names_do_not_count() {
 
 #[test]
 fn every_value_counts() {
-    let changes: [fn(&mut Scene); 17] = [
+    let changes: [fn(&mut Scene); 19] = [
         |s| s.meshes[0].positions[1].x = 2.0,
         |s| s.meshes[0].normals = vec![Vec3::Z; 3],
         |s| s.meshes[0].triangles[0] = [1, 2, 0],
@@ -156,6 +156,14 @@ fn every_value_counts() {
         |s| s.materials[0].culled = true,
         |s| s.instances[0].object_to_world.translation.x = 1.0,
         |s| s.cameras[0].aspect_ratio = Some(1.0),
+        |s| s.cameras[0].projection = Projection::Orthographic { height: 1.0 },
+        |s| {
+            let lens = Lens {
+                diameter: 0.1,
+                focus_distance: 2.0,
+            };
+            s.cameras[0] = s.cameras[0].clone().with_lens(lens).unwrap();
+        },
         |s| s.cameras.clear(),
         |s| s.motion = Some(Motion::default()),
         |s| {

@@ -1,6 +1,7 @@
 //! Writes scenes as binary glTF 2.0 (`.glb`), so that other programs can open generated scenes.
 
 mod animations;
+mod cameras;
 mod lights;
 mod materials;
 mod meshes;
@@ -146,11 +147,7 @@ fn document(scene: &Scene, binary: &mut Binary) -> Result<Value> {
             parent(&motion.cameras, index),
             &camera.camera_to_world,
         );
-        let mut perspective = json!({ "yfov": camera.vertical_fov, "znear": 0.01 });
-        if let Some(aspect) = camera.aspect_ratio {
-            perspective["aspectRatio"] = json!(aspect);
-        }
-        cameras.push(json!({ "type": "perspective", "perspective": perspective }));
+        cameras.push(cameras::camera(camera, scene));
     }
     for (index, light) in scene.punctual_lights.iter().enumerate() {
         place(

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::procedural;
+use crate::scene::camera::Projection;
 use crate::scene::texture::Wrap;
 use crate::scene::{AlphaMode, Image, Material, Mesh, PunctualLight, PunctualShape, Texture};
 use crate::scene_files::load;
@@ -286,4 +287,28 @@ mod thorough {
             assert_eq!(differs, None, "{}", procedural.name);
         }
     }
+}
+
+#[test]
+fn orthographic_cameras_are_read_as_they_were_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("parallel.glb");
+    let mut scene = procedural::generate("cornell", &[]).unwrap();
+    let mut second = scene.cameras[0].clone();
+    second.projection = Projection::Orthographic { height: 3.25 };
+    second.aspect_ratio = Some(1.5);
+    scene.cameras.push(second);
+    write_glb(&scene, &path).unwrap();
+    let back = load::load(&path).unwrap();
+    assert_eq!(back.notices, scene.notices);
+    for (ours, theirs) in scene.cameras.iter().zip(&back.cameras) {
+        assert_eq!(ours.projection, theirs.projection);
+        assert_eq!(ours.aspect_ratio, theirs.aspect_ratio);
+    }
+    let document = std::fs::read(&path).unwrap();
+    let text = String::from_utf8_lossy(&document);
+    assert!(
+        text.contains(r#""xmag":2.4375,"ymag":1.625,"znear":0.0,"zfar":"#),
+        "{text}"
+    );
 }

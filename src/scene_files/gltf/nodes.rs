@@ -2,11 +2,12 @@
 //! in f64.
 
 use super::accessors::get;
-use super::document::{Camera as FileCamera, Document, Node};
+use super::document::{Camera as FileCamera, Document, Node, Orthographic};
 use super::{damaged, visibility};
 use crate::scene::Camera;
-use crate::scene::camera::rigid;
+use crate::scene::camera::{Projection, rigid};
 use crate::scene::notices::{Tally, label};
+use crate::scene::validate::LARGEST_COORDINATE;
 use crate::{Error, Result};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
@@ -241,9 +242,9 @@ fn local_transform(node: &Node, what: impl Fn() -> String) -> Result<DAffine3> {
 }
 
 /// Makes the scene's camera from a camera of the file and from `placed`, the node that refers to it. `index`
-/// is the camera's index in the file. The result is `None`, with a notice in `tally`, if the camera is
-/// orthographic, or if the node's transform is singular (a scale of 0, or axes in one plane) and so has no
-/// viewing direction. Fails if the field of view or the aspect ratio is wrong.
+/// is the camera's index in the file. The result is `None`, with a notice in `tally`, if the picture would be
+/// mirrored, or if the node's transform is singular (a scale of 0, or axes in one plane) and so has no
+/// viewing direction. Fails if the field of view, the aspect ratio, or the size of an orthographic picture is wrong.
 pub fn camera(
     placed: &Placed,
     index: u64,
@@ -252,11 +253,35 @@ pub fn camera(
 ) -> Result<Option<Camera>> {
     let name = placed.name_or(&camera.name);
     let what = format!("camera {index} of {}", placed.label());
-    let perspective = match (camera.kind.as_str(), &camera.perspective) {
-        ("perspective", Some(perspective)) => perspective,
-        ("orthographic", _) => {
-            tally.add("orthographic cameras are skipped", || what);
-            return Ok(None);
+    let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
+    let (projection, aspect_ratio) = match (
+        camera.kind.as_str(),
+        &camera.perspective,
+        &camera.orthographic,
+    ) {
+        ("perspective", Some(perspective), _) => {
+            let fov = perspective.yfov;
+            if !(fov > 0.0 && fov < std::f64::consts::PI) {
+                return wrong(format!("yfov is {fov}; it must be within 0 and π radians"));
+            }
+            (Projection::pinhole(fov), perspective.aspect_ratio)
+        }
+        ("orthographic", _, Some(Orthographic { xmag, ymag })) => {
+            for (name, value) in [("xmag", xmag), ("ymag", ymag)] {
+                if *value == 0.0 || value.abs() > LARGEST_COORDINATE {
+                    return wrong(format!(
+                        "{name} is {value:?}; it must be above 0 and at most {LARGEST_COORDINATE:e}"
+                    ));
+                }
+            }
+            if *xmag < 0.0 || *ymag < 0.0 {
+                let skipped =
+                    "cameras with a negative xmag or ymag, which mirrors the picture, are skipped";
+                tally.add(skipped, || what);
+                return Ok(None);
+            }
+            let height = 2.0 * ymag;
+            (Projection::Orthographic { height }, Some(xmag / ymag))
         }
         _ => {
             return Err(damaged(format!(
@@ -264,15 +289,17 @@ pub fn camera(
             )));
         }
     };
-    let wrong = |fault: String| Err(Error::input(format!("{what}: {fault}")));
-    let fov = perspective.yfov;
-    if !(fov > 0.0 && fov < std::f64::consts::PI) {
-        return wrong(format!("yfov is {fov}; it must be within 0 and π radians"));
-    }
-    if let Some(aspect) = perspective.aspect_ratio
+    if let Some(aspect) = aspect_ratio
         && !(aspect > 0.0 && aspect.is_finite())
     {
-        return wrong(format!("aspectRatio is {aspect}; it must be positive"));
+        return wrong(match projection {
+            Projection::Perspective { .. } => {
+                format!("aspectRatio is {aspect}; it must be positive")
+            }
+            Projection::Orthographic { .. } => {
+                format!("xmag / ymag is {aspect:?}; it must be positive and finite")
+            }
+        });
     }
     let Some(axes) = rigid(placed.to_world.matrix3) else {
         tally.add(
@@ -284,7 +311,7 @@ pub fn camera(
     Ok(Some(Camera {
         name,
         camera_to_world: DAffine3::from_mat3_translation(axes, placed.to_world.translation),
-        vertical_fov: fov,
-        aspect_ratio: perspective.aspect_ratio,
+        projection,
+        aspect_ratio,
     }))
 }

@@ -187,7 +187,7 @@ fn lit() -> Gltf {
         json["nodes"][2]["children"] = json!([4]);
         json["nodes"][4]["mesh"] = 0.into();
         json["nodes"][3]["camera"] = 1.into();
-        push(&mut json["cameras"], json!({ "type": "orthographic", "orthographic": {} }));
+        push(&mut json["cameras"], json!({ "type": "orthographic", "orthographic": { "xmag": 2, "ymag": 1 } }));
         json["materials"] = json!([
             { "extensions": {
                 "KHR_materials_emissive_strength": { "emissiveStrength": 5 },

@@ -13,7 +13,7 @@ pub const GLTF_KEYS: &str = r"
     specularFactor specularColorFactor specularTexture specularColorTexture emissiveStrength EXT_texture_webp
     KHR_texture_basisu KHR_animation_pointer KHR_lights_punctual KHR_materials_emissive_strength KHR_materials_ior
     KHR_materials_specular KHR_materials_unlit KHR_mesh_quantization KHR_texture_transform EXT_mesh_gpu_instancing
-    TRANSLATION ROTATION SCALE KHR_materials_variants variants mappings KHR_node_visibility visible MSFT_lod ids
+    TRANSLATION ROTATION SCALE xmag ymag KHR_materials_variants variants mappings KHR_node_visibility visible MSFT_lod ids
     KHR_draco_mesh_compression EXT_meshopt_compression KHR_meshopt_compression filter fallback
 ";
 

@@ -4,6 +4,7 @@ use super::Tracer;
 use super::random::Draws;
 use glam::DVec3;
 use headwater::scene::Camera;
+use headwater::scene::camera::Projection;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The options of a picture: length and number of paths, seed, and estimator.
@@ -35,16 +36,21 @@ pub struct Image {
 pub fn camera_ray(camera: &Camera, pixel: [u32; 2], size: [u32; 2]) -> (DVec3, DVec3) {
     let [x, y] = pixel.map(|p| f64::from(p) + 0.5);
     let [width, height] = size.map(f64::from);
-    let half = (0.5 * camera.vertical_fov).tan();
-    let local = DVec3::new(
+    let half = camera.projection.half_height();
+    let beside = DVec3::new(
         (2.0 * x / width - 1.0) * half * width / height,
         (1.0 - 2.0 * y / height) * half,
-        -1.0,
+        0.0,
     );
+    let (origin, direction) = match camera.projection {
+        Projection::Perspective { lens: None, .. } => (DVec3::ZERO, beside + DVec3::NEG_Z),
+        Projection::Perspective { .. } => panic!("a lens has many rays"),
+        Projection::Orthographic { .. } => (beside, DVec3::NEG_Z),
+    };
     let to_world = camera.camera_to_world;
     (
-        to_world.translation,
-        to_world.transform_vector3(local).normalize(),
+        to_world.transform_point3(origin),
+        to_world.transform_vector3(direction).normalize(),
     )
 }
 

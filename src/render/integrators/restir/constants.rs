@@ -1,5 +1,5 @@
-//! The constants that the shaders of a frame read, among them the jitter of the frame, from which shaders compute the
-//! position within each pixel through which its primary ray passes.
+//! The constants that the shaders of a frame read, among them the jitter and the lens point of the frame, from which shaders
+//! compute the position within each pixel, and the point of the lens, through which its primary ray passes.
 
 use crate::render::scene_bindings::SceneBindings;
 use crate::render::settings::{
@@ -30,6 +30,8 @@ pub fn frame_constants(
         jitters: u32::from(jitters),
         jitter: Vec2::ZERO,
         previous_jitter: Vec2::ZERO,
+        lens_point: Vec2::ZERO,
+        previous_lens_point: Vec2::ZERO,
         slots,
         frame: 0,
         jacobian_limit: indirect.jacobian_limit,
@@ -125,18 +127,31 @@ fn near_samples(count: u32, settings: &LightBvhSettings, distant_fraction: f32) 
 /// Positions are uniform over seeds and stratified over successive frames, so the mean of several frames converges faster
 /// than with independent positions.
 pub fn jitter(seed: u32, frame: u32) -> Vec2 {
+    sobol(frame, [hash(seed), hash(seed ^ 0x5555_5555)])
+}
+
+/// The point of the thin lens, in [0, 1)², through which primary rays pass in the frame `frame`, before each pixel adds its
+/// offset. It is a point of the same sequence as [`jitter`], with another scramble. The order of the points is scrambled too
+/// (Burley's padding): otherwise, a lens point would belong to each position in the pixel, and the mean over frames would be
+/// wrong.
+pub fn lens_point(seed: u32, frame: u32) -> Vec2 {
+    let [order, x, y] = [0x3333_3333, 0x0F0F_0F0F, 0x00FF_00FF].map(|mask| hash(seed ^ mask));
+    sobol(owen_scramble(frame, order), [x, y])
+}
+
+/// Point `index` of the two-dimensional Sobol' sequence, in [0, 1)², Owen-scrambled by a seed for each dimension.
+fn sobol(index: u32, seeds: [u32; 2]) -> Vec2 {
     // Both dimensions of a point, as fractions of 2³², from the most significant bit down.
-    let x = frame.reverse_bits();
+    let x = index.reverse_bits();
     let mut y = 0;
     let mut column = 1 << 31;
     for bit in 0..32 {
-        if frame >> bit & 1 != 0 {
+        if index >> bit & 1 != 0 {
             y ^= column;
         }
         // The columns of the second generator matrix are Pascal's triangle modulo 2.
         column ^= column >> 1;
     }
-    let seeds = [hash(seed), hash(seed ^ 0x5555_5555)];
     let scrambled = [owen_scramble(x, seeds[0]), owen_scramble(y, seeds[1])];
     Vec2::from_array(scrambled.map(|bits| (bits >> 8) as f32 * 2.0_f32.powi(-24)))
 }
@@ -196,16 +211,37 @@ mod tests {
     #[test]
     fn every_position_is_uniform_over_seeds() {
         const SEEDS: u32 = 1 << 14;
-        for frame in [0, 1, 5, 123_456, u32::MAX] {
+        for (frame, of) in [0, 1, 5, 123_456, u32::MAX]
+            .into_iter()
+            .flat_map(|frame| [jitter, lens_point].map(|of| (frame, of)))
+        {
             let mut counts = [0.0_f64; 16];
             for seed in 0..SEEDS {
-                let cell = (jitter(seed, frame) * 4.0).as_uvec2();
+                let cell = (of(seed, frame) * 4.0).as_uvec2();
                 counts[(cell.y * 4 + cell.x) as usize] += 1.0;
             }
             let expected = f64::from(SEEDS) / 16.0;
             let chi_square: f64 = (counts.iter().map(|n| (n - expected).powi(2) / expected)).sum();
             // The 1e-5 quantile with 15 degrees of freedom.
             assert!(chi_square < 50.5, "frame {frame}: {chi_square}");
+        }
+    }
+
+    /// The mean over frames must contain each position in the pixel with each point of the lens, for every seed.
+    #[test]
+    fn positions_and_lens_points_are_independent_over_frames() {
+        const FRAMES: u32 = 1 << 14;
+        for seed in 0..8 {
+            let mut counts = [0.0_f64; 256];
+            for frame in 0..FRAMES {
+                let (at, lens) = (jitter(seed, frame), lens_point(seed, frame));
+                let digits = [at.x, at.y, lens.x, lens.y].map(|v| (v * 4.0) as usize);
+                counts[digits.iter().fold(0, |cell, digit| 4 * cell + digit)] += 1.0;
+            }
+            let expected = f64::from(FRAMES) / 256.0;
+            let chi_square: f64 = (counts.iter().map(|n| (n - expected).powi(2) / expected)).sum();
+            // The 1e-5 quantile with 255 degrees of freedom.
+            assert!(chi_square < 362.0, "seed {seed}: {chi_square}");
         }
     }
 }

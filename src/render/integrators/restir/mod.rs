@@ -315,6 +315,8 @@ impl Restir {
         constants.previous_jitter = constants.jitter;
         // Shaders compute the position of a surface from its pixel, this jitter, and its depth.
         constants.jitter = constants::jitter(constants.view.seed, index);
+        constants.previous_lens_point = constants.lens_point;
+        constants.lens_point = constants::lens_point(constants.view.seed, index);
         self.sample_data.advance();
         if let Some(world) = self
             .indirect

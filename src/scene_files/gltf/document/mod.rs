@@ -283,6 +283,7 @@ pub struct Camera {
     #[serde(rename = "type")]
     pub kind: String,
     pub perspective: Option<Perspective>,
+    pub orthographic: Option<Orthographic>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -290,6 +291,15 @@ pub struct Camera {
 pub struct Perspective {
     pub yfov: f64,
     pub aspect_ratio: Option<f64>,
+}
+
+/// The values of an orthographic camera. As for a perspective camera, the planes `znear` and `zfar` are not read.
+#[derive(Debug, Deserialize)]
+pub struct Orthographic {
+    /// Half of the width of the picture, in scene units.
+    pub xmag: f64,
+    /// Half of the height of the picture, in scene units.
+    pub ymag: f64,
 }
 
 #[derive(Debug, Deserialize)]
