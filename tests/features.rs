@@ -366,6 +366,45 @@ fn metalness_may_be_a_texture() {
     });
 }
 
+/// A black mirror shows a uniform room by its Fresnel term alone: the alpha of one texture multiplies its strength, the colour
+/// of another its reflectance at normal incidence, which a factor of 30 lifts to the limit of 1 in some channels.
+#[test]
+fn specular_reflection_may_be_textures() {
+    let ior = 1.5_f64;
+    let tint = DVec3::new(30.0, 2.0, 1.0);
+    let file = |textures: [bool; 2]| {
+        tiled(json!({ "index": 0 })).with(|json| {
+            let mut specular =
+                json!({ "specularFactor": 0.75, "specularColorFactor": tint.to_array() });
+            for (name, _) in (["specularTexture", "specularColorTexture"].iter().zip(textures))
+                .filter(|(_, is_used)| *is_used)
+            {
+                specular[*name] = json!({ "index": 0 });
+            }
+            json["extensionsUsed"] = json!(["KHR_materials_specular"]);
+            json["materials"][0] = json!({
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 0,
+                },
+                "extensions": { "KHR_materials_specular": specular },
+            });
+        })
+    };
+    for [has_strength, has_color] in [[true, false], [false, true], [true, true]] {
+        let scene = surrounded(load(&file([has_strength, has_color])), 1.0);
+        assert_shows("specular textures", &scene, 1e-5, |at| {
+            let texel = texel(uv(at))?;
+            let alpha = f64::from(texel[3]) / 255.0;
+            let strength = 0.75 * if has_strength { alpha } else { 1.0 };
+            let color = if has_color { color(texel) } else { DVec3::ONE };
+            let f0 = (((ior - 1.0) / (ior + 1.0)).powi(2) * tint * color).min(DVec3::ONE);
+            let cosine = DISTANCE / at.extend(DISTANCE).length();
+            let grazing = (1.0 - cosine).powi(5);
+            Some(strength * (f0 * (1.0 - grazing) + grazing))
+        });
+    }
+}
+
 /// The camera must see the environment through the holes of a surface with alpha mode mask.
 #[test]
 fn masks_have_holes() {

@@ -32,6 +32,8 @@ pub struct Requirements {
     pub near_delta: bool,
     /// True if some material has a base colour or metallic-roughness texture; otherwise shaders do not read them.
     pub textures: bool,
+    /// True if some material has a texture of its specular reflection; otherwise shaders do not read them.
+    pub specular_textures: bool,
     /// True if some image of the scene has 16 bits per channel; otherwise shaders read 8 bits per channel only.
     pub deep_textures: bool,
     /// True if some surface has holes or is partly transparent (not [`AlphaMode::Opaque`]); otherwise no ray tests alpha.
@@ -113,6 +115,7 @@ impl Requirements {
                     lights[part.material as usize] && material.emissive_texture.is_some();
                 required.textures |= material.base_color_texture.is_some()
                     || material.metallic_roughness_texture.is_some();
+                required.specular_textures |= material.has_specular_textures();
                 required.alpha |= material.alpha_mode != AlphaMode::Opaque;
                 // Surfaces that emit light block all other light.
                 required.blending |= material.alpha_mode == AlphaMode::Blend
@@ -143,6 +146,7 @@ impl Requirements {
             specular,
             near_delta,
             textures,
+            specular_textures,
             deep_textures,
             alpha,
             blending,
@@ -167,6 +171,7 @@ impl Requirements {
             (specular, "specular lobes"),
             (near_delta, "mirrors"),
             (textures, "textures"),
+            (specular_textures, "specular textures"),
             (deep_textures, "16-bit textures"),
             (vertex_colors, "vertex colours"),
             (normal_maps, "normal maps"),
@@ -286,6 +291,7 @@ mod tests {
             roughness: 0.0,
             unlit: true,
             base_color_texture: Some(Texture::plain(0)),
+            specular_texture: Some(Texture::plain(0)),
             ..Material::default()
         };
         let mut scene = Scene {
@@ -317,6 +323,7 @@ mod tests {
             specular: true,
             near_delta: true,
             textures: true,
+            specular_textures: true,
             deep_textures: false,
             alpha: false,
             blending: false,

@@ -20,6 +20,9 @@ crate::gpu_specialisation! {
         /// True if some material has a texture of base colour, metalness or roughness; if false, shaders do not read such
         /// textures.
         pub has_textures: bool = true,
+        /// True if some material has a texture of its specular reflection (`KHR_materials_specular`); if false, shaders do
+        /// not read such textures.
+        pub has_specular_textures: bool = true,
         /// True if some image has 16 bits per channel; if false, shaders read one word per texel and do not test for two.
         pub has_deep_textures: bool = true,
         /// True if some emissive triangle has a texture that multiplies its emission; if false, the emission is constant

@@ -57,6 +57,8 @@ def bsdf(mesh):
         rough=image("rough", material.rough_texture, False),
         dielectric_f0=[float(x) for x in material.dielectric_f0],
         dielectric_f90=material.dielectric_f90,
+        strength=image("strength", material.specular_texture, False),
+        tint=image("tint", material.specular_color_texture, True),
         bumps=image("bumps", material.normal_texture, False),
         normal_scale=material.normal_scale,
         alpha=float(material.alpha),
@@ -124,6 +126,7 @@ def shapes(mesh, size):
             carried["tangent"], carried["side"] = mesh.tangents[:, :3], mesh.tangents[:, 3:]
         for name, texture in (
             ("base", material.base_color_texture), ("rough", material.rough_texture), ("bumps", material.normal_texture),
+            ("strength", material.specular_texture), ("tint", material.specular_color_texture),
         ):
             if texture is not None:
                 carried[name] = np.pad(placed(mesh, texture), ((0, 0), (0, 1)))

@@ -29,6 +29,8 @@ pub(super) fn check_material(
         normal_scale,
         specular,
         specular_color,
+        specular_texture: _,
+        specular_color_texture: _,
         ior,
         unlit: _,
         emission,

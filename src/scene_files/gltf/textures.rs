@@ -149,18 +149,18 @@ impl<'a> Textures<'a> {
         Ok((textures, decoded.images))
     }
 
-    /// The textures of one material for base colour, metallic-roughness, normal and emission, in this order; `index` is the
-    /// material's index in the glTF file. An element is `None` if the material has no such texture or no faces, if the
+    /// The textures of one material, in the order of [`slots`]; `index` is the material's index in the glTF file. An element is `None` if the material has no such texture or no faces, if the
     /// texture would have no effect, or if its image was left out. Fails if an index, a wrap mode or the set of texture
     /// coordinates is wrong; `what` is the name of the material in the error.
-    pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
-        if !self.uses.has_faces[index] {
-            return Ok([None; 4]);
+    pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; SLOTS]> {
+        let mut textures = [None; SLOTS];
+        if self.uses.has_faces[index] {
+            let used = slots(&self.document.materials[index], self.uses.emits[index]);
+            for (texture, (kind, info)) in textures.iter_mut().zip(used) {
+                *texture = self.texture(&format!("{kind} of {what}"), info)?;
+            }
         }
-        let material = &self.document.materials[index];
-        let [base_color, surface, normal, emissive] = slots(material, self.uses.emits[index])
-            .map(|(kind, info)| self.texture(&format!("{kind} of {what}"), info));
-        Ok([base_color?, surface?, normal?, emissive?])
+        Ok(textures)
     }
 
     /// True if the emissive texture of the material with the index `index` in the file was left out. The material must then
@@ -249,12 +249,16 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// The supported textures of a material for base colour, metallic-roughness, normal and emission, in this order, each with
-/// its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit
+/// The number of textures that a material can have, apart from those that are not supported.
+const SLOTS: usize = 6;
+
+/// The supported textures of a material for base colour, metallic-roughness, normal, specular reflection, its colour, and
+/// emission, in this order, each with its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit
 /// material, only the base colour texture has an effect. The emissive texture has an effect only if `emits` is true, which
 /// means that the material emits light at some time.
-fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
+fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); SLOTS] {
     let pbr = &material.pbr_metallic_roughness;
+    let specular = &material.extensions.specular;
     let lit = |texture| {
         if material.is_unlit() { &None } else { texture }
     };
@@ -265,6 +269,11 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
             lit(&pbr.metallic_roughness_texture),
         ),
         ("normal texture", lit(&material.normal_texture)),
+        ("specular texture", lit(&specular.specular_texture)),
+        (
+            "specular colour texture",
+            lit(&specular.specular_color_texture),
+        ),
         (
             "emissive texture",
             match emits {

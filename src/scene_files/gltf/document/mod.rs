@@ -186,9 +186,9 @@ impl Default for Ior {
 #[serde(default, rename_all = "camelCase")]
 pub struct Specular {
     pub specular_factor: f32,
-    pub specular_texture: Option<IgnoredAny>,
+    pub specular_texture: Option<TextureInfo>,
     pub specular_color_factor: [f32; 3],
-    pub specular_color_texture: Option<IgnoredAny>,
+    pub specular_color_texture: Option<TextureInfo>,
 }
 
 impl Default for Specular {
