@@ -437,6 +437,25 @@ fn blended_surfaces_cover_a_part() {
     });
 }
 
+/// An emitter that covers a part of each point emits by this part, and shows what is behind it by the rest: black, or a room.
+#[test]
+fn blended_emitters_emit_by_what_they_cover() {
+    let (alpha, emission) = (0.25, DVec3::new(1.0, 0.5, 0.125));
+    let file = tiled(json!({ "index": 0 })).with(|json| {
+        let material = &mut json["materials"][0];
+        material["alphaMode"] = json!("BLEND");
+        material["emissiveFactor"] = json!(emission.to_array());
+        material["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.0, 0.0, 0.0, alpha]);
+    });
+    let [alone, inside] = [load(&file), surrounded(load(&file), 2.0)];
+    for (name, scene, behind) in [("over black", alone, 0.0), ("in a room", inside, 2.0)] {
+        assert_shows(name, &scene, 0.0, |at| {
+            let cover = alpha * f64::from(texel(uv(at))?[3]) / 255.0;
+            Some(emission * cover + behind * (1.0 - cover))
+        });
+    }
+}
+
 #[test]
 fn emission_may_be_a_texture() {
     let file = tiled(json!({ "index": 0 })).with(|json| {

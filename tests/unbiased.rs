@@ -4,7 +4,7 @@
 mod support;
 
 use glam::{Affine2, DVec3, Vec2, Vec3};
-use headwater::scene::{Image, Material, Scene, Texture};
+use headwater::scene::{AlphaMode, Image, Material, Scene, Texture};
 use headwater::scene_files::export;
 use std::process::Command;
 use support::{add, planted, quad, said};
@@ -116,8 +116,50 @@ fn specular_floor() -> Scene {
     scene
 }
 
+/// A glossy floor and a mirror on the wall, under an emitter that covers four tenths and hides a part of a brighter one.
+fn blended_lamps() -> Scene {
+    let mut scene = room(Material {
+        roughness: 0.3,
+        base_color: Vec3::splat(0.6),
+        ..Material::default()
+    });
+    let mirror = Material {
+        roughness: 0.0,
+        ..Material::default()
+    };
+    let corner = Vec3::new(-1.5, 0.5, -1.9);
+    add(&mut scene, &mirror, &quad(corner, Vec3::X * 1.2, Vec3::Y * 1.5));
+    for (height, alpha, emission) in [(1.6, 0.4, 4.0), (2.2, 1.0, 8.0)] {
+        let lamp = Material {
+            alpha,
+            alpha_mode: AlphaMode::Blend,
+            emission: Vec3::splat(emission),
+            double_sided: true,
+            ..Material::lambert("lamp", Vec3::splat(0.5))
+        };
+        let corner = Vec3::new(-0.7, height, -0.9);
+        add(&mut scene, &lamp, &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8));
+    }
+    scene
+}
+
 mod thorough {
     use super::*;
+
+    #[test]
+    fn blended_emitters_are_unbiased() {
+        assert_unbiased(&blended_lamps(), 3);
+    }
+
+    #[test]
+    fn weights_that_count_rays_which_pass_emitters_are_found() {
+        let fault = (
+            "restir/samples/light_sample.glsl",
+            "if (HAS_BLENDED_LIGHTS &&",
+            "if (false &&",
+        );
+        assert_biased(&blended_lamps(), 1, fault);
+    }
 
     #[test]
     fn specular_textures_are_unbiased() {

@@ -20,6 +20,7 @@ impl GpuScene {
             has_alpha: full || requires.alpha,
             // This code would trace more rays.
             has_blend: requires.blending,
+            has_blended_lights: requires.blended_lights,
             has_normal_maps: full || requires.normal_maps,
             has_unlit: full || requires.unlit,
             // This code would trace more rays.

@@ -128,8 +128,8 @@ pub enum AlphaMode {
         /// The smallest alpha with which the surface is present, above 0. Higher values make larger holes.
         cutoff: f32,
     },
-    /// The surface is partly transparent: alpha is the fraction of light that it blocks, and the rest passes. Triangles that
-    /// emit light ignore this mode and block all light.
+    /// The surface is partly transparent: alpha is the fraction of light that it blocks, and the rest passes. What the
+    /// surface reflects and emits is multiplied by alpha too.
     Blend,
 }
 
@@ -258,6 +258,13 @@ impl Material {
         textures
             .into_iter()
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
+    }
+
+    /// True if light may pass through a part of each point of the surface where `mesh` has this material: the alpha mode is
+    /// [`AlphaMode::Blend`], and alpha is not 1 everywhere. Texels are not examined, nor are vertex colours.
+    pub fn blends(&self, mesh: &Mesh) -> bool {
+        let varies = self.base_color_texture.is_some() || !mesh.colors.is_empty();
+        self.alpha_mode == AlphaMode::Blend && (varies || self.alpha < 1.0)
     }
 
     /// True if a texture changes the specular reflection of the dielectric from point to point.

@@ -155,13 +155,14 @@ crate::gpu_struct! {
         /// 1: the triangle emits to both sides; 0: it emits only to the side of `normal`.
         pub double_sided: u32,
         /// Index in the buffer `instances` of the instance to which the triangle belongs. Shaders need it to
-        /// look up alpha if the material has holes.
+        /// look up alpha if the material has an alpha mode.
         pub instance: u32,
-        /// Index of the triangle among the triangles of its instance's mesh, if its material has the alpha mode ALPHA_MASK;
-        /// otherwise NONE. Shaders need it to look up alpha, because holes in the triangle emit no light.
+        /// Index of the triangle among the triangles of its instance's mesh, if its material has the alpha mode ALPHA_MASK
+        /// or ALPHA_BLEND; otherwise NONE. Shaders need it to look up alpha, because the triangle emits only where, and by
+        /// as much as, it covers.
         pub primitive: u32,
-        /// Unused; it makes the size a multiple of four words, as `load_lights` in the shaders requires.
-        pub padding: u32,
+        /// 1: light passes through a part of the triangle (ALPHA_BLEND with an alpha below 1); otherwise 0.
+        pub blended: u32,
     }
 }
 

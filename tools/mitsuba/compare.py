@@ -67,8 +67,10 @@ def bsdf(mesh):
         has_colors=mesh.colors is not None,
         has_normals=mesh.normals is not None,
     ))
-    # Headwater ignores the alpha of what emits.
-    if material.alpha_mode != "OPAQUE" and not material.emission.any():
+    if material.alpha_mode != "OPAQUE":
+        # Mitsuba's emitters emit by all of their area, whatever their BSDF lets through.
+        if material.emission.any() and (material.alpha < 1 or material.base_color_texture is not None or mesh.colors is not None):
+            raise SystemExit("emitters with alpha are not known here")
         made = mi.load_dict({"type": "mask", "opacity": surface.Alpha(made.of), "bsdf": made})
     bsdfs[key] = made
     return made

@@ -77,12 +77,6 @@ pub(super) fn check_material(
     if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
         return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
     }
-    if *alpha_mode == AlphaMode::Blend && emission.max_element() > 0.0 {
-        tally.add(
-            "alphaMode BLEND is ignored on surfaces that emit light",
-            || what.clone(),
-        );
-    }
     let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
     if clamped != *base_color {
         *base_color = clamped;
