@@ -46,10 +46,7 @@ preset = "fast"
     let output = command.output().unwrap();
     let said = said(&output);
     println!("{said}");
-    (
-        output.status.success() && !said.contains("undecided"),
-        said,
-    )
+    (output.status.success() && !said.contains("undecided"), said)
 }
 
 fn assert_unbiased(scene: &Scene, bounces: u32) {
@@ -73,7 +70,11 @@ fn room(floor: Material) -> Scene {
     let tiles = quad(Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::NEG_Z * 4.0);
     laid(add(&mut scene, &floor, &tiles));
     let wall = quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::X * 4.0, Vec3::Y * 3.0);
-    add(&mut scene, &Material::lambert("wall", Vec3::splat(0.7)), &wall);
+    add(
+        &mut scene,
+        &Material::lambert("wall", Vec3::splat(0.7)),
+        &wall,
+    );
     let mut camera = support::look_at(
         DVec3::new(0.0, 2.0, 5.0),
         DVec3::new(0.0, 0.6, 0.0),
@@ -112,7 +113,11 @@ fn specular_floor() -> Scene {
         ..Material::lambert("lamp", Vec3::ZERO)
     };
     let corner = Vec3::new(-0.7, 2.0, -0.9);
-    add(&mut scene, &lamp, &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8));
+    add(
+        &mut scene,
+        &lamp,
+        &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8),
+    );
     scene
 }
 
@@ -128,7 +133,11 @@ fn blended_lamps() -> Scene {
         ..Material::default()
     };
     let corner = Vec3::new(-1.5, 0.5, -1.9);
-    add(&mut scene, &mirror, &quad(corner, Vec3::X * 1.2, Vec3::Y * 1.5));
+    add(
+        &mut scene,
+        &mirror,
+        &quad(corner, Vec3::X * 1.2, Vec3::Y * 1.5),
+    );
     for (height, alpha, emission) in [(1.6, 0.4, 4.0), (2.2, 1.0, 8.0)] {
         let lamp = Material {
             alpha,
@@ -138,7 +147,11 @@ fn blended_lamps() -> Scene {
             ..Material::lambert("lamp", Vec3::splat(0.5))
         };
         let corner = Vec3::new(-0.7, height, -0.9);
-        add(&mut scene, &lamp, &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8));
+        add(
+            &mut scene,
+            &lamp,
+            &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8),
+        );
     }
     scene
 }

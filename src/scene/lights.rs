@@ -259,8 +259,7 @@ fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32)
                 AlphaMode::Blend => alpha.clamp(0.0, 1.0),
             };
             let texture = material.emissive_texture.as_ref();
-            sum += coverage
-                * texture.map_or(Vec3::ONE, |texture| at(texture, weights).truncate());
+            sum += coverage * texture.map_or(Vec3::ONE, |texture| at(texture, weights).truncate());
         }
     }
     if sum == Vec3::ZERO {

@@ -391,19 +391,31 @@ fn specular_textures_multiply_their_factors() {
     });
     let inputs: Vec<[u32; 8]> = inputs.collect();
     let farthest = |function: &Function| {
-        let gaps = cases.iter().zip(function.run(&inputs)).map(|((m, o, i), words)| {
-            let twin = Surface::new(&with_factors(&scene.materials[*m], &scene));
-            let twin = twin.evaluate(o.as_dvec3(), i.as_dvec3());
-            (vector(&words) - twin).abs().max_element() / twin.max_element().max(1e-6)
-        });
+        let gaps = cases
+            .iter()
+            .zip(function.run(&inputs))
+            .map(|((m, o, i), words)| {
+                let twin = Surface::new(&with_factors(&scene.materials[*m], &scene));
+                let twin = twin.evaluate(o.as_dvec3(), i.as_dvec3());
+                (vector(&words) - twin).abs().max_element() / twin.max_element().max(1e-6)
+            });
         gaps.fold(0.0, f64::max)
     };
     let off = farthest(&function);
     assert!(off < 1e-4, "{off}");
     for fault in [
-        ("dielectric_f90 *= texture_at(used, uv_at(instance, primitive, weights, used.set), false).a", "dielectric_f90 *= 1.0"),
-        ("uv_at(instance, primitive, weights, used.set), false).a;\n        index += 1u;", "uv_at(instance, primitive, weights, used.set), false).a;"),
-        ("min(material.dielectric_f0, vec3(1.0)) *", "material.dielectric_f0 *"),
+        (
+            "dielectric_f90 *= texture_at(used, uv_at(instance, primitive, weights, used.set), false).a",
+            "dielectric_f90 *= 1.0",
+        ),
+        (
+            "uv_at(instance, primitive, weights, used.set), false).a;\n        index += 1u;",
+            "uv_at(instance, primitive, weights, used.set), false).a;",
+        ),
+        (
+            "min(material.dielectric_f0, vec3(1.0)) *",
+            "material.dielectric_f0 *",
+        ),
     ] {
         function.fault = Some(("scene/textures.glsl", fault.0, fault.1));
         assert!(farthest(&function) > 0.01, "{fault:?}");
@@ -450,7 +462,10 @@ fn primary_surfaces_keep_their_specular_textures_on_average() {
     assert!(off < 3e-3, "{off}");
     for fault in [
         ("TINT_STEPS, vec3(more.x)", "TINT_STEPS, vec3(0.5)"),
-        ("strength * COARSE_STEPS + more.y", "strength * COARSE_STEPS"),
+        (
+            "strength * COARSE_STEPS + more.y",
+            "strength * COARSE_STEPS",
+        ),
         ("tint * tint * material", "tint * material"),
     ] {
         function.fault = Some(("restir/sample_data.glsl", fault.0, fault.1));

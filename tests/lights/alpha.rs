@@ -288,7 +288,11 @@ mod thorough {
         add_emitter(&mut scene, corner, u, v);
         let emitter = scene.materials.last_mut().unwrap();
         (emitter.alpha, emitter.alpha_mode) = (0.5, AlphaMode::Blend);
-        let expected = lit_floor(corner, 4, |x| if x < 2.0 { 0.5 } else { 0.5 * 90.0 / 255.0 });
+        let expected = lit_floor(
+            corner,
+            4,
+            |x| if x < 2.0 { 0.5 } else { 0.5 * 90.0 / 255.0 },
+        );
         for (technique, tracer, samples) in TECHNIQUES {
             if let Some(found) =
                 mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, samples)

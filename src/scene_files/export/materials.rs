@@ -72,11 +72,7 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
             "specularFactor": material.specular,
             "specularColorFactor": material.specular_color.to_array(),
         });
-        textures.add(
-            &mut specular,
-            "specularTexture",
-            &material.specular_texture,
-        );
+        textures.add(&mut specular, "specularTexture", &material.specular_texture);
         textures.add(
             &mut specular,
             "specularColorTexture",
