@@ -4,7 +4,7 @@
 use super::accessors::{Accessors, get};
 use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
 use super::materials::Uses;
-use super::{buffers, damaged};
+use super::{buffers, damaged, out_of_range};
 use crate::scene::notices::{Tally, label, quoted};
 use crate::scene::texture::{Image, Texture, Wrap};
 use crate::scene_files::progress::Progress;
@@ -251,6 +251,51 @@ impl<'a> Textures<'a> {
 
 /// The number of textures that a material can have, apart from those that are not supported.
 const SLOTS: usize = 6;
+
+/// Loads images that no texture names, such as the faces of a cube map; `indices` are their indices in the file. Returns one
+/// entry for each: `None` if its image was left out, with a notice in `tally`, which happens only if the user permits missing
+/// images. Fails like [`Textures::load`], and if an index is out of range; `what` is the name of their user in the error.
+pub fn load_images(
+    accessors: &Accessors<'_>,
+    what: &str,
+    indices: &[u64],
+    folder: &SceneFolder<'_>,
+    progress: &mut Progress<'_>,
+    tally: &mut Tally,
+) -> Result<Vec<Option<Image>>> {
+    let count = accessors.document.images.len();
+    let allow_missing = folder.options.allow_missing;
+    let mut reading = Reading {
+        accessors,
+        folder,
+        encoded: Vec::new(),
+        known: HashMap::new(),
+    };
+    let mut read = Vec::with_capacity(indices.len());
+    for &index in indices {
+        if get(&accessors.document.images, index).is_none() {
+            return Err(out_of_range(what, "image", index, count));
+        }
+        let encoded = reading.read(index as usize, progress, tally);
+        read.push(
+            encoded.or_else(|fault| {
+                image_files::leave_out(fault, allow_missing, tally).map(|()| None)
+            })?,
+        );
+    }
+    let decoded = images::decode(
+        &reading.encoded,
+        &mut images::TexelCount::default(),
+        progress,
+        &mut |_, fault| image_files::leave_out(fault, allow_missing, tally),
+    )?;
+    let image =
+        |encoded: u32| decoded.index_of[encoded as usize].map(|i| decoded.images[i].clone());
+    Ok(read
+        .into_iter()
+        .map(|encoded| encoded.and_then(image))
+        .collect())
+}
 
 /// The supported textures of a material for base colour, metallic-roughness, normal, specular reflection, its colour, and
 /// emission, in this order, each with its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit

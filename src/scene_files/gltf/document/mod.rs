@@ -259,6 +259,7 @@ pub struct Asset {
 #[serde(default)]
 pub struct Roots {
     pub nodes: Vec<u64>,
+    pub extensions: SceneExtensions,
 }
 
 #[derive(Debug, Default, Deserialize)]
