@@ -93,7 +93,7 @@ pub(super) fn read(
     for (node_index, placed_node) in (0_u32..).zip(&placed) {
         let is_shown = placed_node.is_shown;
         if let Some(light) =
-            lights::of_node(&document, placed_node)?.filter(|_| is_shown)
+            lights::of_node(&document, placed_node, &mut tally)?.filter(|_| is_shown)
         {
             scene.punctual_lights.push(light);
             light_nodes.push(Some(node_index));

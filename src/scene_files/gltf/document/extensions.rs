@@ -61,6 +61,7 @@ pub struct Light {
     pub intensity: f32,
     pub range: Option<f64>,
     pub spot: Spot,
+    pub extras: serde_json::Value,
 }
 
 impl Default for Light {
@@ -72,6 +73,7 @@ impl Default for Light {
             intensity: 1.0,
             range: None,
             spot: Spot::default(),
+            extras: serde_json::Value::Null,
         }
     }
 }
