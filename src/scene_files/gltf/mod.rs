@@ -11,6 +11,7 @@ mod buffers;
 mod document;
 mod draco;
 mod extensions;
+mod image_based;
 mod instancing;
 mod json;
 mod lights;
@@ -78,6 +79,7 @@ pub(super) fn read(
     }
     let mut scene = Scene {
         materials: materials::read(&document.materials, &textures, &mut tally)?,
+        environment: image_based::read(&accessors, folder, progress, &mut tally)?,
         images,
         material_variants: variants::names(&document),
         ..Scene::default()
@@ -93,7 +95,9 @@ pub(super) fn read(
     let mut light_nodes = Vec::new();
     for (node_index, placed_node) in (0_u32..).zip(&placed) {
         let is_shown = placed_node.is_shown;
-        if let Some(light) = lights::of_node(&document, placed_node)?.filter(|_| is_shown) {
+        if let Some(light) =
+            lights::of_node(&document, placed_node, &mut tally)?.filter(|_| is_shown)
+        {
             scene.punctual_lights.push(light);
             light_nodes.push(Some(node_index));
         }

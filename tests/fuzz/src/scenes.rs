@@ -291,7 +291,7 @@ fn shared() -> Gltf {
     })
 }
 
-/// Images of textures of kinds that are not read: KTX2 without another source, and textures of specular lobes.
+/// Textures of specular lobes, an unknown alpha mode, and a KTX2 texture without another source.
 fn other_textures() -> Gltf {
     without_tangents().with(|json| {
         json["textures"] = json!([

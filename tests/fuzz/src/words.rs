@@ -15,6 +15,7 @@ pub const GLTF_KEYS: &str = r"
     KHR_materials_specular KHR_materials_unlit KHR_mesh_quantization KHR_texture_transform EXT_mesh_gpu_instancing
     TRANSLATION ROTATION SCALE xmag ymag KHR_materials_variants variants mappings KHR_node_visibility visible MSFT_lod ids
     KHR_draco_mesh_compression EXT_meshopt_compression KHR_meshopt_compression filter fallback
+    EXT_lights_image_based specularImages specularImageSize irradianceCoefficients
 ";
 
 /// Texts that are values of glTF.
