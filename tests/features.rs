@@ -186,10 +186,21 @@ fn view_of(scene: &Scene, bounces: u32) -> View {
 /// Renders a scene and compares each pixel with the value of `expected` at the point that it shows, within noise and the
 /// relative error `slack`. `None` leaves the pixel out.
 fn assert_shows(name: &str, scene: &Scene, slack: f64, expected: impl Fn(DVec2) -> Option<DVec3>) {
+    assert_shows_after(SAMPLES, name, scene, slack, expected);
+}
+
+/// The same with another number of samples per pixel.
+fn assert_shows_after(
+    samples: u32,
+    name: &str,
+    scene: &Scene,
+    slack: f64,
+    expected: impl Fn(DVec2) -> Option<DVec3>,
+) {
     let (device, selection) = support::open_device(None);
     let view = view_of(scene, 1);
     let settings = Preset::named("path-tracing").unwrap().settings().unwrap();
-    let found = support::render(&device, scene, selection.variant, &view, &settings, SAMPLES);
+    let found = support::render(&device, scene, selection.variant, &view, &settings, samples);
     support::assert_no_messages(&device);
     let (mut compared, mut sum, mut difference, mut variance) = (0, 0.0, 0.0, 0.0);
     for (pixel, (mean, error)) in found.mean.iter().zip(&found.error_squared).enumerate() {
@@ -366,6 +377,47 @@ fn metalness_may_be_a_texture() {
     });
 }
 
+/// A black mirror shows a uniform room by its Fresnel term alone: the alpha of one texture multiplies its strength, the colour
+/// of another its reflectance at normal incidence, which a factor of 30 lifts to the limit of 1 in some channels.
+#[test]
+fn specular_reflection_may_be_textures() {
+    let ior = 1.5_f64;
+    let tint = DVec3::new(30.0, 2.0, 1.0);
+    let file = |textures: [bool; 2]| {
+        tiled(json!({ "index": 0 })).with(|json| {
+            let mut specular =
+                json!({ "specularFactor": 0.75, "specularColorFactor": tint.to_array() });
+            for (name, _) in (["specularTexture", "specularColorTexture"]
+                .iter()
+                .zip(textures))
+            .filter(|(_, is_used)| *is_used)
+            {
+                specular[*name] = json!({ "index": 0 });
+            }
+            json["extensionsUsed"] = json!(["KHR_materials_specular"]);
+            json["materials"][0] = json!({
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0, "roughnessFactor": 0,
+                },
+                "extensions": { "KHR_materials_specular": specular },
+            });
+        })
+    };
+    for [has_strength, has_color] in [[true, false], [false, true], [true, true]] {
+        let scene = surrounded(load(&file([has_strength, has_color])), 1.0);
+        assert_shows("specular textures", &scene, 1e-5, |at| {
+            let texel = texel(uv(at))?;
+            let alpha = f64::from(texel[3]) / 255.0;
+            let strength = 0.75 * if has_strength { alpha } else { 1.0 };
+            let color = if has_color { color(texel) } else { DVec3::ONE };
+            let f0 = (((ior - 1.0) / (ior + 1.0)).powi(2) * tint * color).min(DVec3::ONE);
+            let cosine = DISTANCE / at.extend(DISTANCE).length();
+            let grazing = (1.0 - cosine).powi(5);
+            Some(strength * (f0 * (1.0 - grazing) + grazing))
+        });
+    }
+}
+
 /// The camera must see the environment through the holes of a surface with alpha mode mask.
 #[test]
 fn masks_have_holes() {
@@ -396,6 +448,26 @@ fn blended_surfaces_cover_a_part() {
         let cover = alpha * f64::from(texel[3]) / 255.0;
         Some((color(texel) * cover + (1.0 - cover)) * 2.0)
     });
+}
+
+/// An emitter that covers a part of each point emits by this part, and shows what is behind it by the rest: black, or a room.
+#[test]
+fn blended_emitters_emit_by_what_they_cover() {
+    let (alpha, emission) = (0.25, DVec3::new(1.0, 0.5, 0.125));
+    let file = tiled(json!({ "index": 0 })).with(|json| {
+        let material = &mut json["materials"][0];
+        material["alphaMode"] = json!("BLEND");
+        material["emissiveFactor"] = json!(emission.to_array());
+        material["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.0, 0.0, 0.0, alpha]);
+    });
+    let [alone, inside] = [load(&file), surrounded(load(&file), 2.0)];
+    for (name, scene, behind) in [("over black", alone, 0.0), ("in a room", inside, 2.0)] {
+        // Chance decides for each sample whether it ends at the emitter.
+        assert_shows_after(16 * SAMPLES, name, &scene, 0.0, |at| {
+            let cover = alpha * f64::from(texel(uv(at))?[3]) / 255.0;
+            Some(emission * cover + behind * (1.0 - cover))
+        });
+    }
 }
 
 #[test]

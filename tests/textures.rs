@@ -30,7 +30,7 @@ fn image(texels: &[[u8; 4]]) -> Image {
 }
 
 /// Two scenes that must look the same. In the first, materials have factors of 0 and 1 only, which no rounding changes; in
-/// the second, textures give white, fully rough metals these values.
+/// the second, textures give white, fully rough metals these values, and white strength to their specular reflection.
 fn plain_and_textured(name: &str) -> [Scene; 2] {
     let mut plain = procedural::generate(name, &[]).unwrap();
     for (index, material) in plain.materials.iter_mut().enumerate() {
@@ -41,6 +41,8 @@ fn plain_and_textured(name: &str) -> [Scene; 2] {
         ][index % 3];
         material.metallic = [0.0, 1.0][index % 2];
         material.roughness = 1.0;
+        material.specular = [1.0, 1.0, 0.0][index % 3];
+        material.specular_color = [Vec3::X, Vec3::ONE][index / 2 % 2];
     }
     let mut textured = plain.clone();
     // One texel for each material, which its coordinates select.
@@ -54,8 +56,14 @@ fn plain_and_textured(name: &str) -> [Scene; 2] {
     let surfaces: Vec<[u8; 4]> = (plain.materials.iter())
         .map(|m| [9, 255, bytes(Vec3::splat(m.metallic))[0], 7])
         .collect();
+    let speculars: Vec<[u8; 4]> = (plain.materials.iter())
+        .map(|m| {
+            let [r, g, b] = bytes(m.specular_color);
+            [r, g, b, bytes(Vec3::splat(m.specular))[0]]
+        })
+        .collect();
     let count = colors.len() as f32;
-    textured.images = vec![image(&colors), image(&surfaces)];
+    textured.images = vec![image(&colors), image(&surfaces), image(&speculars)];
     for (index, material) in textured.materials.iter_mut().enumerate() {
         let texture = |image, set| Texture {
             set,
@@ -68,6 +76,9 @@ fn plain_and_textured(name: &str) -> [Scene; 2] {
         material.metallic = 1.0;
         material.base_color_texture = Some(texture(0, 0));
         material.metallic_roughness_texture = Some(texture(1, 1));
+        (material.specular, material.specular_color) = (1.0, Vec3::ONE);
+        material.specular_texture = Some(texture(2, 1));
+        material.specular_color_texture = Some(texture(2, 0));
     }
     for mesh in &mut textured.meshes {
         // Some way from the centre of the texel, but within it.

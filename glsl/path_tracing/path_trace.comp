@@ -194,7 +194,7 @@ void main() {
         if (surface.light != NONE && is_wanted(path.scatterings)) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
-            vec3 emission = light_emission(light, surface.light, hit.barycentrics, cosine);
+            vec3 emission = hit_emission(light, surface.light, hit.barycentrics, cosine);
             float weight = 1.0;
             if (!path.delta) {
                 float distance_squared = square(hit.t);

@@ -35,15 +35,53 @@ vec3 shading_normal(SampleData data) { return unpack_normal(data.packed_normals.
 const float COLOR_STEPS = 4095.0;
 const float ROUGHNESS_STEPS = 32767.0;
 
-// Colours are rounded up or down by `numbers` in [0, 1), so that their mean over the pixels is exact. Rounding to nearest
-// would make a dark wall of one colour darker or brighter by up to a hundredth, everywhere.
-uvec2 pack_material(GpuMaterial material, vec3 numbers) {
-    if (!VARIES) return uvec2(0u);
-    vec3 below = floor(sqrt(material.base_color) * COLOR_STEPS);
-    vec3 low = square(below / COLOR_STEPS), high = square((below + 1.0) / COLOR_STEPS);
-    uvec3 color = uvec3(below) + uvec3(lessThan(numbers * (high - low), material.base_color - low));
+// The square roots of a colour in `steps` steps. Colours are rounded up or down by `numbers` in [0, 1), so that their mean over
+// the pixels is exact. Rounding to nearest would make a dark wall of one colour darker or brighter by up to a hundredth, everywhere.
+uvec3 color_steps(vec3 color, float steps, vec3 numbers) {
+    vec3 below = floor(sqrt(color) * steps);
+    vec3 low = square(below / steps), high = square((below + 1.0) / steps);
+    uvec3 rounded = uvec3(below) + uvec3(lessThan(numbers * (high - low), color - low));
     // Interpolated vertex colours may be 1 + 1e-7: a step beyond 1 would be carried into the next channel.
-    color = min(color, uint(COLOR_STEPS));
+    return min(rounded, uint(steps));
+}
+
+// A material with specular textures stores more in the same two words: the base colour in 9 bits per channel, metalness in 6,
+// roughness in 10, and what the textures leave of the specular reflection (6) and of its colour (5 per channel). All but the
+// roughness are rounded by random numbers, one for all channels of the colour: grey stays grey.
+const float COARSE_COLOR_STEPS = 511.0;
+const float COARSE_STEPS = 63.0;
+const float COARSE_ROUGHNESS_STEPS = 1023.0;
+const float TINT_STEPS = 31.0;
+
+uvec2 pack_specular_material(GpuMaterial material, uint index, vec3 numbers) {
+    GpuMaterial plain = material_at(index);
+    vec4 more = to_unit(pcg4d(uvec4(floatBitsToUint(numbers), 1u)));
+    uvec3 color = color_steps(material.base_color, COARSE_COLOR_STEPS, numbers);
+    vec3 left = material.dielectric_f0 / max(min(plain.dielectric_f0, vec3(1.0)) * material.dielectric_f90, vec3(TINY));
+    uvec3 tint = color_steps(min(left, vec3(1.0)), TINT_STEPS, vec3(more.x));
+    float strength = min(material.dielectric_f90 / max(plain.dielectric_f90, TINY), 1.0);
+    uint specular = uint(strength * COARSE_STEPS + more.y), metallic = uint(material.metallic * COARSE_STEPS + more.z);
+    uint roughness = uint(round(material.roughness * COARSE_ROUGHNESS_STEPS));
+    return uvec2(color.x | (color.y << 9u) | (color.z << 18u) | (tint.x << 27u),
+                 tint.y | (tint.z << 5u) | (specular << 10u) | (metallic << 16u) | (roughness << 22u));
+}
+
+void unpack_specular_material(uvec2 p, inout GpuMaterial material) {
+    vec3 root = vec3(p.x & 0x1FFu, (p.x >> 9u) & 0x1FFu, (p.x >> 18u) & 0x1FFu) / COARSE_COLOR_STEPS;
+    vec3 tint = vec3(p.x >> 27u, p.y & 0x1Fu, (p.y >> 5u) & 0x1Fu) / TINT_STEPS;
+    if (HAS_VERTEX_COLORS || material.base_color_texture != NONE) material.base_color = root * root;
+    if (material.metallic_roughness_texture != NONE) {
+        material.metallic = float((p.y >> 16u) & 0x3Fu) / COARSE_STEPS;
+        material.roughness = float(p.y >> 22u) / COARSE_ROUGHNESS_STEPS;
+    }
+    material.dielectric_f90 *= float((p.y >> 10u) & 0x3Fu) / COARSE_STEPS;
+    material.dielectric_f0 = min(material.dielectric_f0, vec3(1.0)) * tint * tint * material.dielectric_f90;
+}
+
+uvec2 pack_material(GpuMaterial material, uint index, vec3 numbers) {
+    if (!VARIES) return uvec2(0u);
+    if (has_specular_textures(material)) return pack_specular_material(material, index, numbers);
+    uvec3 color = color_steps(material.base_color, COLOR_STEPS, numbers);
     uint metallic = uint(round(material.metallic * COLOR_STEPS));
     uint roughness = uint(round(material.roughness * ROUGHNESS_STEPS));
     return uvec2(color.x | (color.y << 12u) | (color.z << 24u),
@@ -55,6 +93,10 @@ GpuMaterial unpack_material(SampleData data) {
     GpuMaterial material = material_at(data.material);
     if (!VARIES) return material;
     uvec2 p = data.packed_material;
+    if (has_specular_textures(material)) {
+        unpack_specular_material(p, material);
+        return material;
+    }
     uvec3 color = uvec3(p.x & 0xFFFu, (p.x >> 12u) & 0xFFFu, (p.x >> 24u) | ((p.y & 0xFu) << 8u));
     vec3 root = vec3(color) / COLOR_STEPS;
     if (p.y >> 31u != 0u) material.base_color = root * root;
@@ -72,7 +114,7 @@ SampleData pack_sample_data(Surface surface, Ray ray, vec3 numbers) {
     float clearance = surface.clearance;
     float depth = depth_along(ray.origin, ray.direction, surface.position, normal, clearance);
     return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance),
-                      surface.material_index, surface.instance, pack_material(surface.material, numbers));
+                      surface.material_index, surface.instance, pack_material(surface.material, surface.material_index, numbers));
 }
 
 // Macros, because GLSL cannot pass buffers to functions. Passes that only read sample data read it as texels, two an

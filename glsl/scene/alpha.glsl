@@ -16,12 +16,10 @@ const uint NO_ALPHA_RANDOM = 0u;
 // without such surfaces has the same random numbers.
 uint draw_alpha_random(Random random) { return pcg4d(random.counter ^ 0x68E31DA4u).x | 1u; }
 
-// How much of a triangle's point its surface covers. Lights may have holes, but cover all elsewhere: candidates would have
-// to be all lights along a ray, not only the first.
+// How much of a triangle's point its surface covers.
 float coverage_at(GpuInstance instance, uint primitive, vec2 weights) {
-    TriangleOwner owner = triangle_owner(instance, primitive);
-    GpuMaterial material = material_at(owner.material);
-    if (material.alpha_mode == ALPHA_OPAQUE || (material.alpha_mode == ALPHA_BLEND && owner.light != NONE)) return 1.0;
+    GpuMaterial material = material_at(triangle_owner(instance, primitive).material);
+    if (material.alpha_mode == ALPHA_OPAQUE) return 1.0;
     bool mask = material.alpha_mode == ALPHA_MASK;
     float alpha = mask ? 1.0 : material.alpha;
     if (HAS_VERTEX_COLORS && instance.first_color != NONE) {

@@ -101,7 +101,7 @@ vec3 corner_color(uint index) {
 float corner_alpha(uint index) { return unpackUnorm2x16(colors.at[index].y).y; }
 
 // Whether materials differ from point to point.
-const bool VARIES = HAS_TEXTURES || HAS_VERTEX_COLORS || HAS_NORMAL_MAPS;
+const bool VARIES = HAS_TEXTURES || HAS_SPECULAR_TEXTURES || HAS_VERTEX_COLORS || HAS_NORMAL_MAPS;
 
 // A material with its textures and vertex colours at a point of a triangle.
 GpuMaterial with_textures(GpuMaterial material, GpuInstance instance, uint primitive, vec2 weights) {
@@ -127,7 +127,29 @@ GpuMaterial with_textures(GpuMaterial material, GpuInstance instance, uint primi
     return material;
 }
 
+bool has_specular_textures(GpuMaterial material) {
+    return HAS_SPECULAR_TEXTURES && (material.flags & (MATERIAL_SPECULAR_TEXTURE | MATERIAL_SPECULAR_COLOR_TEXTURE)) != 0u;
+}
+
+// A material with its textures of the dielectric's specular reflection (KHR_materials_specular).
+GpuMaterial with_specular_textures(GpuMaterial material, GpuInstance instance, uint primitive, vec2 weights) {
+    uint index = material.flags >> MATERIAL_SPECULAR_SHIFT;
+    if ((material.flags & MATERIAL_SPECULAR_TEXTURE) != 0u) {
+        GpuTexture used = load_textures(index);
+        material.dielectric_f90 *= texture_at(used, uv_at(instance, primitive, weights, used.set), false).a;
+        index += 1u;
+    }
+    if ((material.flags & MATERIAL_SPECULAR_COLOR_TEXTURE) != 0u) {
+        GpuTexture used = load_textures(index);
+        material.dielectric_f0 *= texture_at(used, uv_at(instance, primitive, weights, used.set), true).rgb;
+    }
+    material.dielectric_f0 = min(material.dielectric_f0, vec3(1.0)) * material.dielectric_f90;
+    return material;
+}
+
 // The material at a point of a triangle, as it reflects light.
 GpuMaterial material_at(uint index, GpuInstance instance, uint primitive, vec2 weights) {
-    return with_textures(material_at(index), instance, primitive, weights);
+    GpuMaterial material = with_textures(material_at(index), instance, primitive, weights);
+    if (has_specular_textures(material)) material = with_specular_textures(material, instance, primitive, weights);
+    return material;
 }

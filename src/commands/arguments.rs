@@ -1,7 +1,7 @@
 //! The command-line options that several commands share, and the checks of their values, so that a wrong value is an
 //! error before rendering begins.
 
-use super::choices::{LoadArgs, TonemapArg, VariantArgs};
+use super::choices::{JitterArg, LoadArgs, TonemapArg, VariantArgs};
 use crate::base::files::{check_writable, is_same_file};
 use crate::base::input_files;
 use crate::base::toml_text::TomlText;
@@ -49,9 +49,9 @@ pub struct ViewArgs {
     /// scattered twice
     #[arg(long, default_value_t = 5, allow_negative_numbers = true)]
     pub bounces: u32,
-    /// Send the camera's rays through random points of each pixel (box filter), not through its centre
-    #[arg(long)]
-    pub jitter: bool,
+    /// The points of each pixel through which the camera's rays pass; --jitter alone means on
+    #[arg(long, value_enum, num_args = 0..=1, default_value_t, default_missing_value = "on")]
+    pub jitter: JitterArg,
     /// Render with this camera of the scene, given by its name or its index from 0; without it, the first camera is
     /// used, or one that sees the whole scene if the scene has none
     #[arg(long, value_name = "NAME|INDEX", allow_negative_numbers = true)]

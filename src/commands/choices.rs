@@ -60,6 +60,16 @@ impl TracerArg {
     }
 }
 
+/// The values of `--jitter`: the points of each pixel through which the camera's rays pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum JitterArg {
+    /// Random points of the pixel, so that the mean of several samples or frames has smooth edges (a box filter)
+    #[default]
+    On,
+    /// The centre of the pixel: edges stay hard, and a view at rest needs fewer rays
+    Off,
+}
+
 /// The values of `--tonemap`: the curves of PNG files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum TonemapArg {

@@ -78,6 +78,7 @@ pub fn run(args: &Args) -> Result<()> {
         )));
     }
     note_formats(&args.picture, &args.reference)?;
+    note_shared_samples(&image, &reference_image);
     let errors = Errors::between(&picture, &reference);
     let perceived = flip(&picture, &reference, size, args.exposure);
     if let Some(path) = &args.diff {
@@ -187,6 +188,23 @@ fn note_formats(picture: &Path, reference: &Path) -> Result<()> {
         exr.display()
     ));
     Ok(())
+}
+
+/// Prints a note if the picture consists of samples that the reference contains too, as path tracing with fewer samples and
+/// the same seed makes it. Their errors are then equal in part, so the difference is too small.
+fn note_shared_samples(image: &Image, reference: &Image) {
+    let both = [image, reference];
+    let of = |key: &str| both.map(|image| image.metadata.get(&format!("headwater.{key}")));
+    let are_path_traced = of("settings").iter().all(|settings| {
+        let settings = settings.and_then(|text| serde_json::from_str(text).ok());
+        settings.is_some_and(|tree: serde_json::Value| tree["integrator"] == "path-tracing")
+    });
+    let agree = |key: &str| matches!(of(key), [Some(a), Some(b)] if a == b);
+    if are_path_traced && agree("scene") && agree("seed") && !agree("samples") {
+        notice(
+            "both pictures are path-traced with the same seed, so they share samples, and the errors are too small; give the reference another --seed",
+        );
+    }
 }
 
 /// Checks the values of the limits, the exposure, and the path of `--diff`, before a picture is read. Returns an error

@@ -289,7 +289,7 @@ fn again(args: &Args, case: &Case) -> String {
     let device = (args.device.as_ref()).map(|device| format!(" --device '{device}'"));
     format!(
         "again: {validation}headwater render {}{} -o {}.exr",
-        case.arguments,
+        case.command(),
         device.unwrap_or_default(),
         case.name
     )
@@ -313,10 +313,10 @@ impl<'a> OpenCase<'a> {
         work: impl FnOnce(Self) -> Result<T>,
     ) -> Result<std::result::Result<T, String>> {
         interrupt.check(NOTHING_WRITTEN)?;
-        let words = case.arguments.split_whitespace();
+        let arguments = case.command();
         let words = ["render", "--output", "picture.exr"]
             .into_iter()
-            .chain(words);
+            .chain(arguments.split_whitespace());
         let line = Line::try_parse_from(words)
             .map_err(|e| Error::failed(format!("case {}: {e}", case.name)))?;
         let mut render = line.args;
@@ -440,15 +440,25 @@ fn keep_pictures(folder: &Path, case: &Case, picture: &Image, golden: &Image) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commands::choices::JitterArg;
 
     #[test]
     fn every_case_is_a_command() {
         for case in cases().unwrap() {
-            let words = case.arguments.split_whitespace();
-            let words = ["render", "--output", "a.exr"].into_iter().chain(words);
+            let arguments = case.command();
+            let words = ["render", "--output", "a.exr"]
+                .into_iter()
+                .chain(arguments.split_whitespace());
             let line = Line::try_parse_from(words).unwrap_or_else(|e| panic!("{}: {e}", case.name));
             let settings = line.args.scene.settings();
             settings.unwrap_or_else(|e| panic!("{}: {e}", case.name));
+            let jitters = line.args.scene.view.jitter == JitterArg::On;
+            assert_eq!(
+                jitters,
+                case.arguments.contains("--jitter"),
+                "{}",
+                case.name
+            );
         }
     }
 }

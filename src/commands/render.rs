@@ -5,11 +5,12 @@ use super::capture::{self, FrameRange};
 use super::ignored;
 use super::interrupt::Interrupt;
 use super::needs::{self, Bounds, NeedArgs};
-use super::sequence::{file_of_frame, is_sequence};
+use super::sequence::{file_of_frame, frame_of, is_sequence};
 use super::session::{Purpose, Session};
 use super::{NOTHING_WRITTEN, notice};
 use crate::base::files::write_atomically;
 use crate::{Error, Result};
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -70,13 +71,7 @@ pub fn run(args: &Args) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     let (settings, changed) = args.scene.settings()?;
     let clock = args.scene.view.clock(args.fps)?;
-    // The first file of a sequence stands for all.
-    let outputs: Vec<PathBuf> = args
-        .output
-        .iter()
-        .map(|path| file_of_frame(path, 0))
-        .collect();
-    args.scene.check_outputs(&outputs)?;
+    args.scene.check_outputs(&outputs(args))?;
     if let Some(folder) = &args.presented {
         crate::base::files::check_writable(&folder.join("frame_0000.png"))?;
     }
@@ -187,6 +182,21 @@ pub fn run(args: &Args) -> Result<()> {
         args.output[0].display(),
         frames
     ))
+}
+
+/// The files of `--output` that are checked before rendering. For a sequence, these are the file of frame 0, and the files of
+/// frames that have the file name of an input.
+fn outputs(args: &Args) -> Vec<PathBuf> {
+    let most = args.frames.unwrap_or(u32::MAX);
+    let of_path = |path: &PathBuf| {
+        let like_inputs = (args.scene.inputs()).filter_map(|(_, input)| frame_of(path, input));
+        let frames = like_inputs.filter(|index| (1..most).contains(index));
+        let frames: BTreeSet<u32> = std::iter::once(0).chain(frames).collect();
+        (frames.into_iter())
+            .map(|index| file_of_frame(path, index))
+            .collect::<Vec<_>>()
+    };
+    args.output.iter().flat_map(of_path).collect()
 }
 
 /// Renders `frames` frames, and writes a picture after each one: to the file of `--output` with the index of the frame in its

@@ -2,6 +2,7 @@
 //! options, quoted for a shell.
 
 use super::arguments::ViewArgs;
+use super::choices::JitterArg;
 use crate::base::shell_word::quoted;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
@@ -54,8 +55,11 @@ pub fn of_view(view: &ViewArgs, settings: &str, fps: Option<f64>) -> String {
         "textures",
         name(variant.textures.to_possible_value()).filter(|name| name != "auto"),
     );
+    add(
+        "jitter",
+        (view.jitter == JitterArg::Off).then(|| "off".to_owned()),
+    );
     for (option, is_given) in [
-        ("jitter", view.jitter),
         ("allow-missing", view.load.allow_missing),
         ("allow-outside", view.load.allow_outside),
     ] {
@@ -86,13 +90,14 @@ mod tests {
             "--material-variant",
             "by night",
             "--width=9",
+            "--jitter=off",
             "--aperture=0.05",
             "--focus=2.5",
         ];
         let Line { view } = Line::parse_from(words);
         assert_eq!(
             of_view(&view, "--preset fast", None),
-            "headwater render a.glb --preset fast --bounces 5 --aperture 0.05 --focus 2.5 --material-variant 'by night' --width 9 --allow-missing"
+            "headwater render a.glb --preset fast --bounces 5 --aperture 0.05 --focus 2.5 --material-variant 'by night' --width 9 --jitter off --allow-missing"
         );
     }
 }

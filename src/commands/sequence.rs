@@ -21,6 +21,17 @@ pub fn file_of_frame(path: &Path, index: u32) -> PathBuf {
     path.with_file_name(format!("{before}{index:0digits$}{after}"))
 }
 
+/// The index of the frame whose file of the sequence `path` has the file name of `other`. `None` if there is no such frame.
+/// With it, a sequence is refused whose files would replace an input.
+pub fn frame_of(path: &Path, other: &Path) -> Option<u32> {
+    let (name, range, _) = place(path)?;
+    let digits = (other.file_name()?.to_str()?)
+        .strip_prefix(&name[..range.start])?
+        .strip_suffix(&name[range.end..])?;
+    let index = digits.parse().ok()?;
+    (file_of_frame(path, index).file_name() == other.file_name()).then_some(index)
+}
+
 /// The file name, the place of the first pattern in it, and the number of digits that the pattern asks for, which is 0 for
 /// `%d`. `None` if the name contains no pattern.
 fn place(path: &Path) -> Option<(&str, Range<usize>, usize)> {
@@ -40,6 +51,23 @@ fn place(path: &Path) -> Option<(&str, Range<usize>, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_index_is_found_in_a_name() {
+        let sequence = Path::new("out/sky_%03d.exr");
+        for (other, index) in [
+            ("in/sky_007.exr", Some(7)),
+            ("sky_1234.exr", Some(1234)),
+            ("sky_7.exr", None),
+            ("sky_+07.exr", None),
+            ("sky_.exr", None),
+            ("sky_4294967296.exr", None),
+            ("sky_007.png", None),
+        ] {
+            assert_eq!(frame_of(sequence, Path::new(other)), index, "{other}");
+        }
+        assert_eq!(frame_of(Path::new("a.exr"), Path::new("a.exr")), None);
+    }
 
     #[test]
     fn the_pattern_becomes_the_index() {

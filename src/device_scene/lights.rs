@@ -20,10 +20,10 @@ pub struct LightSources {
     /// The emissive triangles in object space, in the order in which shaders index them: by instance, then by index in the
     /// mesh.
     pub emitter_triangles: Vec<EmitterTriangle>,
-    /// For each emissive triangle, the value of [`GpuLight::primitive`]. For a material with alpha mode mask,
-    /// it is the triangle's index in its mesh, in the order in which the device stores triangles. Shaders
-    /// look up the alpha at a point of the light with it. For other materials it is NONE.
-    primitives: Vec<u32>,
+    /// For each emissive triangle, the values of [`GpuLight::primitive`] and [`GpuLight::blended`]. For a material with
+    /// holes or partial transparency, the first one is the triangle's index in its mesh, in the order in which the device
+    /// stores triangles. Shaders look up the alpha at a point of the light with it. For other materials it is NONE.
+    alphas: Vec<(u32, bool)>,
     materials: Vec<Material>,
     punctual: Vec<PunctualLight>,
     /// The mean luminance of the environment, weighted by the luminance itself, in the scene's unit of radiance. It enters
@@ -115,20 +115,21 @@ impl LightSources {
     ) -> Self {
         let emitter_triangles = lights::emitter_triangles(scene, emitter_materials);
         let mut traced = HashMap::new();
-        let primitives = emitter_triangles.iter().map(|emitter| {
+        let alphas = emitter_triangles.iter().map(|emitter| {
             let material = &scene.materials[emitter.material as usize];
-            if !matches!(material.alpha_mode, AlphaMode::Mask { .. }) {
-                return NONE;
-            }
             let mesh = scene.instances[emitter.instance as usize].mesh;
+            let blends = material.blends(&scene.meshes[mesh as usize]);
+            if !blends && !matches!(material.alpha_mode, AlphaMode::Mask { .. }) {
+                return (NONE, false);
+            }
             let indices = traced.entry(mesh).or_insert_with(|| traced_index(mesh));
-            indices[emitter.triangle as usize]
+            (indices[emitter.triangle as usize], blends)
         });
-        let primitives = primitives.collect();
+        let alphas = alphas.collect();
         let integrals = scene.environment.as_ref().map(Environment::integrals);
         let mut sources = Self {
             emitter_triangles,
-            primitives,
+            alphas,
             materials: scene.materials.clone(),
             punctual: scene.punctual_lights.clone(),
             environment_mean: integrals.map(|(integral, squares)| match integral > 0.0 {
@@ -179,9 +180,10 @@ impl LightSources {
             (index.checked_sub(triangles.len()))
                 .is_some_and(|rest| punctual.get(rest).is_none_or(PunctualLight::is_distant))
         });
-        let gpu_triangles: Vec<GpuLight> = (triangles.iter().zip(&self.primitives))
-            .map(|(light, primitive)| GpuLight {
+        let gpu_triangles: Vec<GpuLight> = (triangles.iter().zip(&self.alphas))
+            .map(|(light, (primitive, blends))| GpuLight {
                 primitive: *primitive,
+                blended: (*blends).into(),
                 ..gpu_light(light, &materials[light.material as usize], units)
             })
             .collect();
@@ -262,7 +264,7 @@ fn gpu_light(light: &LightTriangle, material: &Material, units: &Units) -> GpuLi
         double_sided: material.double_sided.into(),
         instance: light.instance,
         primitive: NONE,
-        padding: 0,
+        blended: 0,
     }
 }
 

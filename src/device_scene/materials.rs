@@ -6,8 +6,9 @@ use crate::scene::texture::{self, Image, Wrap};
 use crate::scene::{AlphaMode, Material, Scene, Texture};
 use crate::shader_interface::{
     ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture,
-    MATERIAL_CULLED, MATERIAL_UNLIT, NONE, TEXTURE_DEEP, TEXTURE_NEAREST, Textures, WRAP_CLAMP,
-    WRAP_MIRROR, WRAP_REPEAT,
+    MATERIAL_CULLED, MATERIAL_SPECULAR_COLOR_TEXTURE, MATERIAL_SPECULAR_SHIFT,
+    MATERIAL_SPECULAR_TEXTURE, MATERIAL_UNLIT, NONE, TEXTURE_DEEP, TEXTURE_NEAREST, Textures,
+    WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
 };
 use glam::Vec3;
 
@@ -61,11 +62,19 @@ impl Materials {
             });
             textures.len() as u32 - 1
         };
-        let materials = scene.materials.iter().map(|material| GpuMaterial {
-            base_color_texture: texture(&material.base_color_texture),
-            metallic_roughness_texture: texture(&material.metallic_roughness_texture),
-            normal_texture: texture(&material.normal_texture),
-            ..gpu_material(material, radiance)
+        let materials = scene.materials.iter().map(|material| {
+            let plain = gpu_material(material, radiance);
+            GpuMaterial {
+                base_color_texture: texture(&material.base_color_texture),
+                metallic_roughness_texture: texture(&material.metallic_roughness_texture),
+                normal_texture: texture(&material.normal_texture),
+                flags: plain.flags
+                    | specular_flags(
+                        texture(&material.specular_texture),
+                        texture(&material.specular_color_texture),
+                    ),
+                ..plain
+            }
         });
         let materials = materials.collect();
         let emissive = scene.materials.iter();
@@ -115,6 +124,17 @@ pub fn table_length(scene: &Scene) -> usize {
     }
 }
 
+/// The part of [`GpuMaterial::flags`] that names the specular textures of a material. The arguments are the indices of both
+/// textures, the second after the first; NONE for one that the material lacks.
+const fn specular_flags(strength: u32, color: u32) -> u32 {
+    match (strength, color) {
+        (NONE, NONE) => 0,
+        (NONE, color) => MATERIAL_SPECULAR_COLOR_TEXTURE | color << MATERIAL_SPECULAR_SHIFT,
+        (first, NONE) => MATERIAL_SPECULAR_TEXTURE | first << MATERIAL_SPECULAR_SHIFT,
+        (first, _) => specular_flags(first, NONE) | MATERIAL_SPECULAR_COLOR_TEXTURE,
+    }
+}
+
 const fn wrap(wrap: Wrap) -> u32 {
     match wrap {
         Wrap::Repeat => WRAP_REPEAT,
@@ -153,7 +173,12 @@ pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     } else {
         ((material.ior - 1.0) / (material.ior + 1.0)).powi(2)
     };
-    let f0 = (normal_reflectance * material.specular_color).min(Vec3::ONE) * material.specular;
+    let tinted = normal_reflectance * material.specular_color;
+    // Textures multiply it before the limit.
+    let f0 = match material.has_specular_textures() {
+        true => tinted,
+        false => tinted.min(Vec3::ONE) * material.specular,
+    };
     // The base colour of an unlit surface is a radiance, not a reflectance.
     let (base_color, flags) = if material.unlit {
         let seen = material.base_color.as_dvec3() / radiance;

@@ -14,11 +14,13 @@ impl GpuScene {
             has_specular: full || requires.specular,
             has_smooth_normals: full || requires.smooth_normals,
             has_textures: full || requires.textures,
+            has_specular_textures: full || requires.specular_textures,
             has_deep_textures: full || requires.deep_textures,
             has_emissive_textures: full || requires.emissive_textures,
             has_alpha: full || requires.alpha,
             // This code would trace more rays.
             has_blend: requires.blending,
+            has_blended_lights: requires.blended_lights,
             has_normal_maps: full || requires.normal_maps,
             has_unlit: full || requires.unlit,
             // This code would trace more rays.

@@ -3,8 +3,8 @@
 
 use super::statistics::median;
 
-/// Errors of a picture against a reference, over all pixels and the three channels. `headwater compare` prints them, and
-/// studies list all but [`Self::mean_ratio`] for each frame.
+/// Errors of a picture against a reference, over all pixels and the three channels, with the noise of the reference.
+/// `headwater compare` prints them. Studies compute theirs without this noise, as [`SquaredErrors`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
     /// Root of the mean squared difference between the values of the picture and those of the reference, in the unit of

@@ -187,16 +187,15 @@ impl Page {
                 error(value, half_width),
                 "error of path tracing (no reuse of samples) in the same time".to_owned(),
             ]);
-            tiles.push(match value / best.error {
-                ratio if ratio >= 1.0 => [
-                    format!("{ratio:.1} × less"),
-                    "error than path tracing in the same time".to_owned(),
-                ],
-                ratio => [
-                    format!("{:.1} × more", 1.0 / ratio),
-                    "error than path tracing in the same time".to_owned(),
-                ],
-            });
+            let compared = match value / best.error {
+                // Both are without error, or one of them is: there is no ratio to state.
+                ratio if !ratio.is_normal() => None,
+                ratio if ratio >= 1.0 => Some(format!("{ratio:.1} × less")),
+                ratio => Some(format!("{:.1} × more", 1.0 / ratio)),
+            };
+            tiles.extend(
+                compared.map(|text| [text, "error than path tracing in the same time".to_owned()]),
+            );
         }
         tiles
     }
@@ -436,6 +435,20 @@ mod tests {
         // 0.2 / 0.4, and half of the difference of 0.2 / 0.25 and 0.2 / 0.5.
         assert_eq!(page.tiles()[2][0], "50.0 % ± 20.0 %");
         assert_eq!(page.tiles()[3][0], "2.5 × less");
+    }
+
+    /// A picture may have no error at all, such as that of a black scene.
+    #[test]
+    fn an_error_of_0_has_no_ratio() {
+        let mut page = page((1, 1));
+        page.points[0].error = 0.0;
+        page.points[0].at_equal_time = None;
+        for [value, meaning] in page.tiles() {
+            assert!(
+                !value.contains("inf") && !value.contains("NaN"),
+                "{value} {meaning}"
+            );
+        }
     }
 
     #[test]

@@ -13,9 +13,24 @@ pub struct Case {
     /// The name of the case, by which its golden frame is found and `--only` selects cases. The names of its picture files
     /// consist of this name and an ending such as `.exr`.
     pub name: String,
-    /// The arguments of the command `render` that make the picture, separated by spaces. `--output` is missing, because each
-    /// caller adds its own.
+    /// The arguments of the command `render` that make the picture, separated by spaces, as `cases.toml` and golden frames
+    /// contain them. `--output` is missing, because each caller adds its own; so is `--jitter off`, which
+    /// [`Self::command`] adds.
     pub arguments: String,
+}
+
+impl Case {
+    /// The arguments with which the command `render` makes the picture, separated by spaces. The camera's rays pass through
+    /// the centres of pixels unless the case says otherwise, so that the bits of golden frames do not depend on the default of
+    /// `--jitter`.
+    pub fn command(&self) -> String {
+        let mut words = self.arguments.split(' ');
+        if words.any(|word| word == "--jitter") {
+            self.arguments.clone()
+        } else {
+            format!("{} --jitter off", self.arguments)
+        }
+    }
 }
 
 /// All cases of the file `cases.toml`, in the order in which they are listed and run. `headwater regress` renders them all,

@@ -295,6 +295,8 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         normal_scale,
         specular,
         specular_color,
+        specular_texture,
+        specular_color_texture,
         ior,
         unlit,
         emission,
@@ -318,6 +320,8 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         (b"meta", metallic_roughness_texture),
         (b"emit", emissive_texture),
         (b"norm", normal_texture),
+        (b"spec", specular_texture),
+        (b"tint", specular_color_texture),
     ];
     for (kind, texture) in textures {
         if let Some(texture) = texture {

@@ -82,7 +82,7 @@ impl Scene {
     }
 
     /// The indices of the materials that emit light, at some time, on at least one triangle of an instance. Materials whose
-    /// alpha mask makes the whole surface invisible are left out.
+    /// alpha makes the whole surface invisible are left out.
     fn emitters(&self) -> BTreeSet<u32> {
         let emitter_materials = self.emitter_materials();
         let emitters = Emitters::new(self, &emitter_materials);
@@ -114,14 +114,17 @@ impl Scene {
 }
 
 impl Material {
-    /// True if the alpha mask of the material removes every point of its surfaces, so that the material cannot emit light.
+    /// True if the alpha of the material removes every point of its surfaces, so that the material cannot emit light.
     /// `vertex_alpha` is the largest alpha of the mesh's vertex colours. Always false for a material with a base colour
     /// texture, because the texels are not examined.
     fn is_cut_away(&self, vertex_alpha: &LazyCell<f32, impl FnOnce() -> f32>) -> bool {
-        let AlphaMode::Mask { cutoff } = self.alpha_mode else {
-            return false;
-        };
-        self.base_color_texture.is_none() && self.alpha * **vertex_alpha < cutoff
+        let alpha = || self.alpha * **vertex_alpha;
+        self.base_color_texture.is_none()
+            && match self.alpha_mode {
+                AlphaMode::Opaque => false,
+                AlphaMode::Mask { cutoff } => alpha() < cutoff,
+                AlphaMode::Blend => alpha() == 0.0,
+            }
     }
 }
 

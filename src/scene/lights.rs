@@ -33,8 +33,8 @@ pub struct LightTriangle {
     /// Area in world space, in squared scene units. The power of the light is in proportion to it.
     pub area: f64,
     /// The mean, over the triangle's area, of the factor that multiplies the material's emission: linear RGB in [0, 1]. The
-    /// factor is the colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask it is 0. The power
-    /// of the light is computed with this mean.
+    /// factor is the colour of the emissive texture, or 1 if there is none, times the fraction of light that the surface
+    /// blocks: 0 in the holes of an alpha mask. The power of the light is computed with this mean.
     pub emission_mean: Vec3,
 }
 
@@ -55,8 +55,8 @@ pub struct EmitterTriangle {
     /// them shaders look up the emission at a point of the light. They are 0 if the material has no emissive texture.
     pub uvs: [Vec2; 3],
     /// The mean, over the triangle's area, of the factor that multiplies the material's emission: linear RGB in [0, 1]. The
-    /// factor is the colour of the emissive texture, or 1 if there is none; in the holes of an alpha mask it is 0. The power
-    /// of the light is computed with this mean.
+    /// factor is the colour of the emissive texture, or 1 if there is none, times the fraction of light that the surface
+    /// blocks: 0 in the holes of an alpha mask. The power of the light is computed with this mean.
     pub emission_mean: Vec3,
 }
 
@@ -226,16 +226,12 @@ pub fn emitter_triangles(scene: &Scene, emitter_materials: &[bool]) -> Vec<Emitt
 }
 
 /// The mean of the factor that multiplies a triangle's emission: linear RGB in [0, 1]. It is computed from 64 points of the
-/// triangle. The factor is the colour of the emissive texture, or 1 without a texture, and 0 in the holes of an alpha mask.
-/// If the factor is black at all points, the mean is 1/128 instead of 0, because light samples must also find lit areas
+/// triangle. The factor is the colour of the emissive texture, or 1 without a texture, times the fraction of light that the surface
+/// blocks: 0 in the holes of an alpha mask. If the factor is black at all points, the mean is 1/128 instead of 0, because light samples must also find lit areas
 /// between the points.
 fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32) -> Vec3 {
     const SIDE: usize = 8;
-    let mask = match material.alpha_mode {
-        AlphaMode::Mask { cutoff } => Some(cutoff),
-        _ => None,
-    };
-    if material.emissive_texture.is_none() && mask.is_none() {
+    if material.emissive_texture.is_none() && material.alpha_mode == AlphaMode::Opaque {
         return Vec3::ONE;
     }
     let at = |texture: &Texture, weights: Vec2| {
@@ -257,10 +253,13 @@ fn emission_mean(scene: &Scene, mesh: &Mesh, material: &Material, triangle: u32)
             let own = material.alpha * (a + weights.x * (b - a) + weights.y * (c - a));
             let texture = material.base_color_texture.as_ref();
             let alpha = own * texture.map_or(1.0, |texture| at(texture, weights).w);
-            if mask.is_none_or(|cutoff| alpha >= cutoff) {
-                let texture = material.emissive_texture.as_ref();
-                sum += texture.map_or(Vec3::ONE, |texture| at(texture, weights).truncate());
-            }
+            let coverage = match material.alpha_mode {
+                AlphaMode::Opaque => 1.0,
+                AlphaMode::Mask { cutoff } => f32::from(u8::from(alpha >= cutoff)),
+                AlphaMode::Blend => alpha.clamp(0.0, 1.0),
+            };
+            let texture = material.emissive_texture.as_ref();
+            sum += coverage * texture.map_or(Vec3::ONE, |texture| at(texture, weights).truncate());
         }
     }
     if sum == Vec3::ZERO {

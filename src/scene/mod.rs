@@ -129,8 +129,8 @@ pub enum AlphaMode {
         /// The smallest alpha with which the surface is present, above 0. Higher values make larger holes.
         cutoff: f32,
     },
-    /// The surface is partly transparent: alpha is the fraction of light that it blocks, and the rest passes. Triangles that
-    /// emit light ignore this mode and block all light.
+    /// The surface is partly transparent: alpha is the fraction of light that it blocks, and the rest passes. What the
+    /// surface reflects and emits is multiplied by alpha too.
     Blend,
 }
 
@@ -169,6 +169,10 @@ pub struct Material {
     /// Linear RGB factor ≥ 0 on a dielectric's specular reflection at normal incidence
     /// (`KHR_materials_specular`); it tints the reflection.
     pub specular_color: Vec3,
+    /// Linear texture whose alpha multiplies `specular`; `None` leaves it unchanged.
+    pub specular_texture: Option<Texture>,
+    /// Texture whose sRGB colour, converted to linear, multiplies `specular_color`; `None` leaves it unchanged.
+    pub specular_color_texture: Option<Texture>,
     /// Index of refraction of a dielectric: at least 1, or 0 for a dielectric that reflects all light at normal incidence (a
     /// convention of glTF). Above 1, a higher index reflects more.
     pub ior: f32,
@@ -205,6 +209,8 @@ impl Default for Material {
             normal_scale: 1.0,
             specular: 1.0,
             specular_color: Vec3::ONE,
+            specular_texture: None,
+            specular_color_texture: None,
             ior: 1.5,
             unlit: false,
             emission: Vec3::ZERO,
@@ -246,11 +252,25 @@ impl Material {
                 &self.metallic_roughness_texture,
             ),
             ("normal texture", &self.normal_texture),
+            ("specular texture", &self.specular_texture),
+            ("specular colour texture", &self.specular_color_texture),
             ("emissive texture", &self.emissive_texture),
         ];
         textures
             .into_iter()
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
+    }
+
+    /// True if light may pass through a part of each point of the surface where `mesh` has this material: the alpha mode is
+    /// [`AlphaMode::Blend`], and alpha is not 1 everywhere. Texels are not examined, nor are vertex colours.
+    pub fn blends(&self, mesh: &Mesh) -> bool {
+        let varies = self.base_color_texture.is_some() || !mesh.colors.is_empty();
+        self.alpha_mode == AlphaMode::Blend && (varies || self.alpha < 1.0)
+    }
+
+    /// True if a texture changes the specular reflection of the dielectric from point to point.
+    pub fn has_specular_textures(&self) -> bool {
+        self.specular_texture.is_some() || self.specular_color_texture.is_some()
     }
 
     /// True if `emission` is above 0 in some channel, so that the surface's triangles can be lights. The emissive texture is

@@ -32,14 +32,19 @@ pub struct Requirements {
     pub near_delta: bool,
     /// True if some material has a base colour or metallic-roughness texture; otherwise shaders do not read them.
     pub textures: bool,
+    /// True if some material has a texture of its specular reflection; otherwise shaders do not read them.
+    pub specular_textures: bool,
     /// True if some image of the scene has 16 bits per channel; otherwise shaders read 8 bits per channel only.
     pub deep_textures: bool,
     /// True if some surface has holes or is partly transparent (not [`AlphaMode::Opaque`]); otherwise no ray tests alpha.
     pub alpha: bool,
-    /// True if some surface that emits no light is partly transparent ([`AlphaMode::Blend`]). Shadow rays then return the
+    /// True if some surface is partly transparent ([`Material::blends`]). Shadow rays then return the
     /// fraction of light that passes through such surfaces, instead of only 0 or 1. Where a shadow ray otherwise decides
     /// only the weight of a sample, shaders trace one more ray when they add the sample's light to the picture.
     pub blending: bool,
+    /// True if some surface that may emit light is partly transparent. Light samples alone then find its light, while BSDF
+    /// rays pass it.
+    pub blended_lights: bool,
     /// True if some material has a normal map; otherwise shaders do not read normal maps or tangents.
     pub normal_maps: bool,
     /// True if some material is unlit, so that the camera sees its colour without light; otherwise shaders do not test
@@ -113,10 +118,11 @@ impl Requirements {
                     lights[part.material as usize] && material.emissive_texture.is_some();
                 required.textures |= material.base_color_texture.is_some()
                     || material.metallic_roughness_texture.is_some();
+                required.specular_textures |= material.has_specular_textures();
                 required.alpha |= material.alpha_mode != AlphaMode::Opaque;
-                // Surfaces that emit light block all other light.
-                required.blending |= material.alpha_mode == AlphaMode::Blend
-                    && emitters.count(mesh, part) < part.triangle_count.into();
+                let blends = material.blends(mesh);
+                required.blending |= blends;
+                required.blended_lights |= blends && lights[part.material as usize];
                 required.unlit |= material.unlit;
                 required.culled |= material.culled;
                 required.normal_maps |= material.normal_texture.is_some();
@@ -143,9 +149,11 @@ impl Requirements {
             specular,
             near_delta,
             textures,
+            specular_textures,
             deep_textures,
             alpha,
             blending,
+            blended_lights,
             normal_maps,
             unlit,
             culled,
@@ -167,12 +175,14 @@ impl Requirements {
             (specular, "specular lobes"),
             (near_delta, "mirrors"),
             (textures, "textures"),
+            (specular_textures, "specular textures"),
             (deep_textures, "16-bit textures"),
             (vertex_colors, "vertex colours"),
             (normal_maps, "normal maps"),
             (smooth_normals, "smooth normals"),
             (alpha, "alpha"),
             (blending, "blending"),
+            (blended_lights, "blended lights"),
             (unlit, "unlit surfaces"),
             (culled, "backs that the camera does not see"),
             (large_triangles, "large triangles"),
@@ -286,6 +296,7 @@ mod tests {
             roughness: 0.0,
             unlit: true,
             base_color_texture: Some(Texture::plain(0)),
+            specular_texture: Some(Texture::plain(0)),
             ..Material::default()
         };
         let mut scene = Scene {
@@ -317,9 +328,11 @@ mod tests {
             specular: true,
             near_delta: true,
             textures: true,
+            specular_textures: true,
             deep_textures: false,
             alpha: false,
             blending: false,
+            blended_lights: false,
             normal_maps: false,
             unlit: true,
             culled: true,
@@ -336,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_that_blend_cover_all_and_ask_for_no_more_rays() {
+    fn only_surfaces_that_let_light_pass_ask_for_more_rays() {
         let mut scene = Scene {
             meshes: vec![mesh(&[0])],
             materials: vec![Material {
@@ -349,10 +362,14 @@ mod tests {
         };
         let blends = |scene: &Scene| {
             let required = Requirements::of(scene);
-            (required.alpha, required.blending)
+            (required.alpha, required.blending, required.blended_lights)
         };
-        assert_eq!(blends(&scene), (true, true));
+        assert_eq!(blends(&scene), (true, true, false));
         scene.materials[0].emission = Vec3::ONE;
-        assert_eq!(blends(&scene), (true, false));
+        assert_eq!(blends(&scene), (true, true, true));
+        scene.materials[0].alpha = 1.0;
+        assert_eq!(blends(&scene), (true, false, false));
+        scene.meshes[0].colors = vec![Vec4::ONE; 3];
+        assert_eq!(blends(&scene), (true, true, true));
     }
 }

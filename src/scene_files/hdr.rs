@@ -7,8 +7,8 @@ use crate::base::{input_files, memory};
 use crate::scene::environment::MAX_TEXELS;
 use crate::scene::notices::quoted;
 use crate::{Error, Result};
-use ::image::ImageDecoder;
 use ::image::codecs::hdr::HdrDecoder;
+use ::image::{ImageDecoder, ImageError};
 use glam::{Mat3, Vec3};
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
@@ -72,8 +72,13 @@ fn decode(path: &Path, notices: &mut Vec<String>) -> Result<Hdr> {
     const BYTES: u64 = 2 * size_of::<Vec3>() as u64;
     memory::check(BYTES * u64::from(width) * u64::from(height))
         .map_err(|cause| Error::reading(path, cause))?;
-    let damaged = |cause: ::image::ImageError| {
-        let cause = cause.to_string().replace('\n', " ");
+    let damaged = |cause: ImageError| {
+        let cause = match cause {
+            ImageError::IoError(cause) if cause.kind() == ErrorKind::UnexpectedEof => {
+                "it is cut off".to_owned()
+            }
+            other => other.to_string().replace('\n', " "),
+        };
         Error::reading(path, format!("{cause}; export it again"))
     };
     let [lines, length] = header.axes.map(|axis| axis.size);

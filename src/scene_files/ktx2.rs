@@ -1,7 +1,7 @@
 //! Decodes KTX2 images that Basis Universal has compressed (ETC1S and UASTC), as `KHR_texture_basisu` defines them. Only the
 //! finest level is read.
 
-use basisu::{DecodeFlags, Error, TargetFormat, Transcoder};
+use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 
 /// The first bytes of every KTX2 file.
 const IDENTIFIER: &[u8] = b"\xABKTX 20\xBB\r\n\x1A\n";
@@ -41,7 +41,8 @@ pub(super) fn size(bytes: &[u8]) -> Result<(u32, u32), &'static str> {
 /// checked the memory for the texels of [`size`].
 ///
 /// # Errors
-/// The file is damaged, or its texels have a high dynamic range; the text states which.
+/// The file is damaged, or its texels are in another format of Basis Universal, which glTF does not permit and whose decoders
+/// allocate what the file states; the text states which.
 pub(super) fn decode(bytes: &[u8]) -> Result<Vec<u8>, &'static str> {
     let (width, height) = size(bytes)?;
     // The decoder allocates as many bytes as the file states for its level.
@@ -52,12 +53,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<u8>, &'static str> {
             return Err("its level 0 does not have the size of its texels");
         }
     }
-    Transcoder::new(bytes)
-        .and_then(|image| image.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE))
-        .map_err(|cause| match cause {
-            Error::Unsupported { .. } => "its texels have a high dynamic range",
-            _ => "the data are damaged",
-        })
+    const DAMAGED: &str = "the data are damaged";
+    let image = Transcoder::new(bytes).map_err(|_| DAMAGED)?;
+    match image.source_format() {
+        SourceFormat::Etc1s | SourceFormat::UastcLdr => image
+            .transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
+            .map_err(|_| DAMAGED),
+        _ => Err("its texels are neither ETC1S nor UASTC"),
+    }
 }
 
 /// The unsigned number in the four bytes from byte `at`. Fails if the file ends before the fourth byte.

@@ -31,6 +31,16 @@ crate::gpu_constants! {
     pub const MATERIAL_VARIES: u32 = 2;
     /// Bit in `GpuMaterial::flags` of a material whose back the camera does not see: its rays go on behind the surface.
     pub const MATERIAL_CULLED: u32 = 4;
+    /// Bit in `GpuMaterial::flags` of a material with a texture whose alpha multiplies the strength of the dielectric's
+    /// specular reflection.
+    pub const MATERIAL_SPECULAR_TEXTURE: u32 = 8;
+    /// Bit in `GpuMaterial::flags` of a material with a texture whose colour tints the dielectric's specular reflection at
+    /// normal incidence.
+    pub const MATERIAL_SPECULAR_COLOR_TEXTURE: u32 = 16;
+    /// The number of the lowest bit of the index in `GpuMaterial::flags` of the material's first specular texture. The 27
+    /// bits from there suffice for each index of the buffer `textures`, which has at most 2³² bytes. The second specular
+    /// texture follows the first in that buffer.
+    pub const MATERIAL_SPECULAR_SHIFT: u32 = 5;
     /// Bit in `GpuTexture::flags` of a texture whose lookups return the texel that contains the point. Without it, they
     /// interpolate between the four texels around the point.
     pub const TEXTURE_NEAREST: u32 = 1;

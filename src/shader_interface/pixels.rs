@@ -53,7 +53,8 @@ crate::gpu_struct! {
         /// Base colour (3 × 12 bits, as square roots), metalness (12 bits) and roughness (15 bits) at this point, with
         /// textures and vertex colours applied. The highest bit is set if a texture or vertex colours change the base
         /// colour. In scenes without textures and vertex colours all bits are 0, and shaders read the three values from the
-        /// material in the buffer `materials`.
+        /// material in the buffer `materials`. A material with specular textures has fewer bits for each of them and, in the
+        /// remaining bits, the factors of these textures.
         pub packed_material: UVec2,
     }
 }

@@ -64,7 +64,9 @@ crate::gpu_struct! {
         /// Metalness in [0, 1]: 0 is a dielectric, 1 is a metal, and values between 0 and 1 mix the two.
         pub metallic: f32,
         /// Reflectance of the material's specular lobe at normal incidence where it is a dielectric (`metallic` = 0), RGB,
-        /// each channel in [0, 1]. Shaders compute the Fresnel term of the lobe from it.
+        /// each channel in [0, 1]. Shaders compute the Fresnel term of the lobe from it. With specular textures, it is the
+        /// reflectance before `dielectric_f90` multiplies it, and it can be above 1: the colour of the texture comes first,
+        /// then the limit of 1, then `dielectric_f90`.
         pub dielectric_f0: Vec3,
         /// Reflectance of the dielectric's specular lobe at grazing incidence, in [0, 1], for the Fresnel term. 0: the
         /// dielectric has no specular lobe.
@@ -77,8 +79,10 @@ crate::gpu_struct! {
         /// Index in the buffer `textures` of the texture that multiplies roughness (green channel) and metalness (blue
         /// channel); NONE for a material without such a texture.
         pub metallic_roughness_texture: u32,
-        /// Bits MATERIAL_UNLIT, MATERIAL_CULLED and MATERIAL_VARIES. The buffer does not contain the last one; shaders set it in
-        /// their copy of the material if a texture or vertex colours change its base colour.
+        /// Bits MATERIAL_UNLIT, MATERIAL_CULLED, MATERIAL_SPECULAR_TEXTURE, MATERIAL_SPECULAR_COLOR_TEXTURE and
+        /// MATERIAL_VARIES. The buffer does not contain the last one; shaders set it in their copy of the material if a
+        /// texture or vertex colours change its base colour. The bits from MATERIAL_SPECULAR_SHIFT on are the index in the
+        /// buffer `textures` of the first specular texture, if there is one.
         pub flags: u32,
         /// Index in the buffer `textures` of the normal map, which bends the shading normal; NONE for a material without a
         /// normal map.
@@ -151,13 +155,14 @@ crate::gpu_struct! {
         /// 1: the triangle emits to both sides; 0: it emits only to the side of `normal`.
         pub double_sided: u32,
         /// Index in the buffer `instances` of the instance to which the triangle belongs. Shaders need it to
-        /// look up alpha if the material has holes.
+        /// look up alpha if the material has an alpha mode.
         pub instance: u32,
-        /// Index of the triangle among the triangles of its instance's mesh, if its material has the alpha mode ALPHA_MASK;
-        /// otherwise NONE. Shaders need it to look up alpha, because holes in the triangle emit no light.
+        /// Index of the triangle among the triangles of its instance's mesh, if its material has the alpha mode ALPHA_MASK
+        /// or ALPHA_BLEND; otherwise NONE. Shaders need it to look up alpha, because the triangle emits only where, and by
+        /// as much as, it covers.
         pub primitive: u32,
-        /// Unused; it makes the size a multiple of four words, as `load_lights` in the shaders requires.
-        pub padding: u32,
+        /// 1: light passes through a part of the triangle (ALPHA_BLEND with an alpha below 1); otherwise 0.
+        pub blended: u32,
     }
 }
 

@@ -22,6 +22,9 @@ crate::gpu_specialisation! {
         /// True if some material has a texture of base colour, metalness or roughness; if false, shaders do not read such
         /// textures.
         pub has_textures: bool = true,
+        /// True if some material has a texture of its specular reflection (`KHR_materials_specular`); if false, shaders do
+        /// not read such textures.
+        pub has_specular_textures: bool = true,
         /// True if some image has 16 bits per channel; if false, shaders read one word per texel and do not test for two.
         pub has_deep_textures: bool = true,
         /// True if some emissive triangle has a texture that multiplies its emission; if false, the emission is constant
@@ -30,10 +33,11 @@ crate::gpu_specialisation! {
         /// True if some surface has holes (alpha mode mask) or covers only a fraction of each point (alpha mode blend). Rays
         /// can pass through such a surface, so shaders then test the alpha of each hit.
         pub has_alpha: bool = true,
-        /// True if some surface that emits no light has alpha mode blend, so that it lets a fraction of light pass.
-        /// Visibility rays then return this fraction instead of only 0 or 1. With `Visibility::Weights`, shaders trace one
+        /// True if some surface has alpha mode blend and lets a fraction of light pass. Visibility rays then return this fraction instead of only 0 or 1. With `Visibility::Weights`, shaders trace one
         /// more ray when they add the light of a selected sample to the picture, and multiply the light by this fraction.
         pub has_blend: bool = false,
+        /// True if such a surface emits light. Light samples then find the light of its triangles, and BSDF rays do not.
+        pub has_blended_lights: bool = false,
         /// True if some material has a normal map; if false, shaders do not read normal maps and tangents.
         pub has_normal_maps: bool = true,
         /// True if some material is unlit: the camera sees its base colour as radiance, and all other rays see black. If

@@ -95,3 +95,41 @@ fn exposure_is_printed_as_it_was_given() {
     let printed = String::from_utf8(output.stdout).unwrap();
     assert!(printed.contains("\"flip_exposure\": 0.1,"), "{printed}");
 }
+
+/// A path-traced picture and a reference with the same seed share samples, so their difference is too small. Two seeds, equal
+/// numbers of samples and resampled pictures share none, or are compared on purpose.
+#[test]
+fn shared_samples_are_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, integrator: &str, seed: &str, samples: &str| {
+        let path = folder.path().join(name);
+        let mut image = Image::new(8, 8);
+        for channel in ["R", "G", "B"] {
+            let values = Samples::F32(vec![1.0; 64]);
+            image.channels.insert(channel.to_owned(), values);
+        }
+        for (key, value) in [
+            ("scene", "abc"),
+            ("settings", &format!("{{\"integrator\": \"{integrator}\"}}")),
+            ("seed", seed),
+            ("samples", samples),
+        ] {
+            let key = format!("headwater.{key}");
+            image.metadata.insert(key, value.to_owned());
+        }
+        image.write(&path, 0.0).unwrap();
+        path
+    };
+    let reference = write("reference.exr", "path-tracing", "0", "1024");
+    for (integrator, seed, samples, is_noted) in [
+        ("path-tracing", "0", "30", true),
+        ("path-tracing", "1", "30", false),
+        ("path-tracing", "0", "1024", false),
+        ("restir", "0", "30", false),
+    ] {
+        let picture = write("picture.exr", integrator, seed, samples);
+        let output = run(&["compare", text(&picture), text(&reference)]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(said.contains("share samples"), is_noted, "{said}");
+    }
+}

@@ -128,6 +128,32 @@ fn no_output_overwrites_another_file_of_the_same_command() {
     }
 }
 
+#[test]
+fn no_file_of_a_sequence_overwrites_an_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_owned();
+    let (sky, all) = (at("sky_3.exr"), at("sky_%d.exr"));
+    std::fs::write(&sky, "a sky").unwrap();
+    let render = |frames: &str| {
+        fail(
+            &[
+                "render",
+                "cornell",
+                "--environment",
+                &sky,
+                "-o",
+                &all,
+                "--frames",
+                frames,
+            ],
+            2,
+        )
+    };
+    assert!(render("4").contains("overwritten"), "{}", render("4"));
+    assert!(!render("3").contains("overwritten"), "{}", render("3"));
+    assert_eq!(std::fs::read(&sky).unwrap(), b"a sky");
+}
+
 /// A temporary file that a killed program has left must not disturb a later run, which removes it.
 #[test]
 fn a_file_is_written_beside_what_a_killed_program_left() {

@@ -1,8 +1,9 @@
 //! Tests of shader functions: look-ups of textures.
 
+use crate::support::brute_force::Surface;
 use crate::support::{self, random::Random};
-use crate::{Function, floats, number};
-use glam::{Affine2, Vec2, Vec4};
+use crate::{Function, floats, number, vector};
+use glam::{Affine2, Vec2, Vec3, Vec4};
 use headwater::device_scene::materials::Materials;
 use headwater::scene::texture::{Image, Texture, Wrap, linear, srgb};
 use headwater::scene::{Material, Scene};
@@ -212,7 +213,7 @@ fn primary_surfaces_keep_their_colour_on_average() {
             for (uint i = 0u; i < 4096u; i += 1u) {
                 SampleData data;
                 data.material = 0u;
-                data.packed_material = pack_material(material, vec3(float(i) / 4096.0));
+                data.packed_material = pack_material(material, 0u, vec3(float(i) / 4096.0));
                 pair_add(sum, low, unpack_material(data).base_color);
             }
             x.xyz = floatBitsToUint((sum + low) / 4096.0);",
@@ -319,5 +320,155 @@ fn sixteen_bits_reach_the_shader() {
             function.fault = Some(("scene/textures.glsl", "2u * x + 1u", "2u * x"));
             assert!(farthest(function.run(&inputs)) > 1e-3);
         }
+    }
+}
+
+/// Random materials with a texture of the specular strength, of its colour, or with both, in an image of 8 texels.
+fn specular_materials() -> Scene {
+    let mut random = Random(13);
+    let mut unit = || random.unit() as f32;
+    let texture = |texel: usize| Texture {
+        nearest: true,
+        transform: Affine2::from_translation(Vec2::new((texel as f32 + 0.5) / 8.0, 0.5)),
+        ..Texture::plain(0)
+    };
+    let materials = (0..24).map(|i| Material {
+        base_color: Vec3::new(unit(), unit(), unit()),
+        metallic: [0.0, unit(), 1.0][i / 2 % 3],
+        roughness: 0.2 + 0.8 * unit(),
+        specular: unit(),
+        // Some of the products exceed the limit of 1.
+        specular_color: Vec3::new(unit(), unit(), unit()) * 50.0,
+        specular_texture: (i % 3 != 1).then(|| texture(i % 8)),
+        specular_color_texture: (i % 3 != 0).then(|| texture((i + 3) % 8)),
+        ..Material::default()
+    });
+    Scene {
+        materials: materials.collect(),
+        images: vec![image(&mut Random(14), 8, 1)],
+        ..Scene::default()
+    }
+}
+
+/// The same material with factors in place of its specular textures, each of which reads one texel.
+fn with_factors(material: &Material, scene: &Scene) -> Material {
+    let at = |texture: &Option<Texture>, decode: fn([u16; 4]) -> Vec4| match texture {
+        Some(texture) => texture.at(&scene.images[0], Vec2::ZERO, decode),
+        None => Vec4::ONE,
+    };
+    Material {
+        specular: material.specular * at(&material.specular_texture, linear).w,
+        specular_color: material.specular_color
+            * at(&material.specular_color_texture, srgb).truncate(),
+        ..material.clone()
+    }
+}
+
+#[test]
+fn specular_textures_multiply_their_factors() {
+    let scene = specular_materials();
+    let tables = Materials::of(&scene, 1.0, Textures::Buffer);
+    let mut function = Function {
+        includes: &["bsdf/bsdf.glsl", "scene/textures.glsl"],
+        body: "GpuInstance instance = load_instances(0u); instance.first_color = NONE;
+            GpuMaterial material = material_at(a.w, instance, 0u, vec2(0.0));
+            vec3 o = uintBitsToFloat(a.xyz); float pdf;
+            x = floatBitsToUint(vec4(evaluate_bsdf(make_bsdf(material, o.z), o, uintBitsToFloat(b.xyz), pdf), 0.0));",
+        materials: &tables.materials,
+        textures: &tables.textures,
+        texels: &tables.texels,
+        ..Function::default()
+    };
+    let mut random = Random(15);
+    let mut upper = || {
+        let d = random.direction();
+        d.with_z(d.z.abs().max(0.05)).normalize().as_vec3()
+    };
+    let cases: Vec<(usize, Vec3, Vec3)> = (0..5000).map(|i| (i % 24, upper(), upper())).collect();
+    let inputs = cases.iter().map(|(m, o, i)| {
+        let [o, i] = [o, i].map(|d| d.to_array().map(f32::to_bits));
+        [o[0], o[1], o[2], *m as u32, i[0], i[1], i[2], 0]
+    });
+    let inputs: Vec<[u32; 8]> = inputs.collect();
+    let farthest = |function: &Function| {
+        let gaps = cases
+            .iter()
+            .zip(function.run(&inputs))
+            .map(|((m, o, i), words)| {
+                let twin = Surface::new(&with_factors(&scene.materials[*m], &scene));
+                let twin = twin.evaluate(o.as_dvec3(), i.as_dvec3());
+                (vector(&words) - twin).abs().max_element() / twin.max_element().max(1e-6)
+            });
+        gaps.fold(0.0, f64::max)
+    };
+    let off = farthest(&function);
+    assert!(off < 1e-4, "{off}");
+    for fault in [
+        (
+            "dielectric_f90 *= texture_at(used, uv_at(instance, primitive, weights, used.set), false).a",
+            "dielectric_f90 *= 1.0",
+        ),
+        (
+            "uv_at(instance, primitive, weights, used.set), false).a;\n        index += 1u;",
+            "uv_at(instance, primitive, weights, used.set), false).a;",
+        ),
+        (
+            "min(material.dielectric_f0, vec3(1.0)) *",
+            "material.dielectric_f0 *",
+        ),
+    ] {
+        function.fault = Some(("scene/textures.glsl", fault.0, fault.1));
+        assert!(farthest(&function) > 0.01, "{fault:?}");
+    }
+}
+
+/// Primary surfaces keep what specular textures change: each value by its mean over many random numbers, and exactly where it
+/// is 0 or 1.
+#[test]
+fn primary_surfaces_keep_their_specular_textures_on_average() {
+    let scene = specular_materials();
+    let tables = Materials::of(&scene, 1.0, Textures::Buffer);
+    let mut function = Function {
+        includes: &["restir/sample_data.glsl"],
+        body: "GpuInstance instance = load_instances(0u); instance.first_color = NONE;
+            GpuMaterial material = material_at(a.x, instance, 0u, vec2(0.0));
+            vec3 f0 = vec3(0.0), f0_low = vec3(0.0), f90 = vec3(0.0), f90_low = vec3(0.0);
+            for (uint i = 0u; i < 4096u; i += 1u) {
+                SampleData data;
+                data.material = a.x;
+                data.packed_material = pack_material(material, a.x, to_unit(pcg4d(uvec4(i, 1u, 2u, 3u))).xyz);
+                GpuMaterial found = unpack_material(data);
+                pair_add(f0, f0_low, found.dielectric_f0);
+                pair_add(f90, f90_low, vec3(found.dielectric_f90));
+            }
+            x = floatBitsToUint(vec4((f0 + f0_low) / 4096.0, (f90.x + f90_low.x) / 4096.0));
+            y = floatBitsToUint(vec4(material.dielectric_f0, material.dielectric_f90));",
+        materials: &tables.materials,
+        textures: &tables.textures,
+        texels: &tables.texels,
+        ..Function::default()
+    };
+    let inputs: Vec<[u32; 8]> = (0..24).map(|m| [m, 0, 0, 0, 0, 0, 0, 0]).collect();
+    let worst = |function: &Function| {
+        let found = function.run(&inputs);
+        let errors = found.iter().flat_map(|words| {
+            let error = |i: usize| (number(words[i]) - number(words[i + 4])).abs();
+            // Relative to the strength; a step of the colour is at most a fifteenth of it.
+            (0..4).map(move |i| error(i) / number(words[7]).max(0.02))
+        });
+        errors.fold(0.0, f64::max)
+    };
+    let off = worst(&function);
+    assert!(off < 3e-3, "{off}");
+    for fault in [
+        ("TINT_STEPS, vec3(more.x)", "TINT_STEPS, vec3(0.5)"),
+        (
+            "strength * COARSE_STEPS + more.y",
+            "strength * COARSE_STEPS",
+        ),
+        ("tint * tint * material", "tint * material"),
+    ] {
+        function.fault = Some(("restir/sample_data.glsl", fault.0, fault.1));
+        assert!(worst(&function) > 8e-3, "{fault:?}");
     }
 }

@@ -126,6 +126,38 @@ fn light_from_the_holes_of_emitters_is_seen() {
     );
 }
 
+#[test]
+fn light_that_blended_emitters_do_not_have_is_seen() {
+    assert_seen(
+        "alpha::thorough::emitters_may_be_blended",
+        (
+            "lights/kinds/triangle.glsl",
+            "if (HAS_ALPHA && light.primitive != NONE)",
+            "if (false)",
+        ),
+    );
+}
+
+/// The mean, over the pixels, of what the floor reflects from the part of an emitter of [`add_emitter`] whose corner is at the
+/// emitter's corner. The part is 1 unit deep and `width` units wide; `covers` gives the fraction of light that it emits at a
+/// distance along the width.
+fn lit_floor(corner: Vec3, width: usize, covers: impl Fn(f64) -> f64) -> DVec3 {
+    const CELLS: usize = 64;
+    let side = 1.0 / CELLS as f64;
+    let of_pixel = |pixel: usize| {
+        let cells = (0..width * CELLS * CELLS).map(|cell| {
+            let x = (cell % (width * CELLS)) as f64 + 0.5;
+            let y = (cell / (width * CELLS)) as f64 + 0.5;
+            let point = corner.as_dvec3() + DVec3::new(x * side, 0.0, y * side);
+            let toward = point - floor_point(pixel);
+            covers(x * side) * toward.y.powi(2) / toward.length_squared().powi(2) * side * side
+        });
+        DVec3::new(4.0, 2.0, 1.0) * cells.sum::<f64>() * (ALBEDO / PI)
+    };
+    let sum: DVec3 = (0..SIDE as usize * SIDE as usize).map(of_pixel).sum();
+    sum / f64::from(SIDE * SIDE)
+}
+
 /// The Cornell box with a block that covers half of the light, a block full of holes, and a sheet below the emitter.
 fn box_with_alpha() -> Scene {
     let mut scene = procedural::generate("cornell", &[]).unwrap();
@@ -238,22 +270,29 @@ mod thorough {
         // From its front, which is below.
         let (corner, u, v) = (Vec3::new(-2.0, 5.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0);
         add_emitter(&mut scene, corner, u, v);
-        const CELLS: usize = 64;
-        let expected: DVec3 = (0..SIDE as usize * SIDE as usize)
-            .map(|pixel| {
-                let cells = (0..2 * CELLS * CELLS).map(|cell| {
-                    // Half of the width, a quarter of the height.
-                    let x = (cell % (2 * CELLS)) as f64 + 0.5;
-                    let y = (cell / (2 * CELLS)) as f64 + 0.5;
-                    let side = 1.0 / CELLS as f64;
-                    let point = corner.as_dvec3() + DVec3::new(x * side, 0.0, y * side);
-                    let toward = point - floor_point(pixel);
-                    toward.y.powi(2) / toward.length_squared().powi(2) * side * side
-                });
-                DVec3::new(4.0, 2.0, 1.0) * cells.sum::<f64>() * (ALBEDO / PI)
-            })
-            .sum();
-        let expected = expected / f64::from(SIDE * SIDE);
+        let expected = lit_floor(corner, 2, |_| 1.0);
+        for (technique, tracer, samples) in TECHNIQUES {
+            if let Some(found) =
+                mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, samples)
+            {
+                assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
+            }
+        }
+    }
+
+    /// An emitter with alpha mode blend must light a floor by the part that it covers at each point.
+    #[test]
+    fn emitters_may_be_blended() {
+        let mut scene = floor();
+        let (corner, u, v) = (Vec3::new(-2.0, 5.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0);
+        add_emitter(&mut scene, corner, u, v);
+        let emitter = scene.materials.last_mut().unwrap();
+        (emitter.alpha, emitter.alpha_mode) = (0.5, AlphaMode::Blend);
+        let expected = lit_floor(
+            corner,
+            4,
+            |x| if x < 2.0 { 0.5 } else { 0.5 * 90.0 / 255.0 },
+        );
         for (technique, tracer, samples) in TECHNIQUES {
             if let Some(found) =
                 mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, samples)

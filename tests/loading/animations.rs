@@ -306,6 +306,7 @@ fn what_cannot_be_followed_is_said_once_and_the_first_of_two_wins() {
     let ignored = json!([
         pointer("/materials/0/pbrMetallicRoughness/baseColorFactor"),
         pointer("nonsense"),
+        pointer("/nodes/first/translation"),
         { "target": { "path": "translation" } },
         { "target": { "node": 0, "path": "weights" } },
     ]);
@@ -320,9 +321,9 @@ fn what_cannot_be_followed_is_said_once_and_the_first_of_two_wins() {
         scene.notices,
         [
             "several animations change one property, the first one is used: animations[1].channels[0]",
-            "animations of properties that cannot be animated are ignored: 3 times, first \
+            "animations of properties that cannot be animated are ignored: 4 times, first \
              animations[2].channels[0] (\"/materials/0/pbrMetallicRoughness/baseColorFactor\")",
-            "animated morph weights are ignored: animations[2].channels[3]",
+            "animated morph weights are ignored: animations[2].channels[4]",
         ]
     );
 }

@@ -545,7 +545,7 @@ fn alpha_is_read_with_its_cutoff() {
         assert!(notices.is_empty(), "{notices:?}");
     }
     let (_, notices) = with(json!({ "alphaMode": "BLEND", "emissiveFactor": [1, 1, 1] }));
-    assert!(notices[0].contains("emit light"), "{notices:?}");
+    assert!(notices.is_empty(), "{notices:?}");
     let file = Gltf::triangle().with(|json| {
         json["materials"] = json!([{ "alphaMode": "MASK", "alphaCutoff": -1 }]);
     });

@@ -300,3 +300,18 @@ fn the_finest_level_of_detail_is_shown() {
     let notice = "of several levels of detail only the finest is shown: MSFT_lod";
     assert_eq!(scene.notices, [notice]);
 }
+
+#[test]
+fn levels_of_detail_hide_nodes_only_for_a_finer_one_in_the_scene() {
+    let file = Gltf::triangle().with(|json| {
+        json["nodes"] = json!([
+            { "name": "own", "mesh": 0, "extensions": { "MSFT_lod": { "ids": [0] } } },
+            { "name": "coarse", "mesh": 0 },
+            { "name": "elsewhere", "mesh": 0, "extensions": { "MSFT_lod": { "ids": [1] } } },
+        ]);
+        json["scenes"] = json!([{ "nodes": [0, 1] }, { "nodes": [2] }]);
+    });
+    let instances = load(&file).instances;
+    let names: Vec<&str> = instances.iter().map(|i| i.name.as_str()).collect();
+    assert_eq!(names, ["own", "coarse"]);
+}

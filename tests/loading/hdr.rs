@@ -182,7 +182,7 @@ fn headers_that_are_no_hdr_are_named() {
         ("#?RADIANCE\n\n-Y 2 +X 3 4\n", "is not a size"),
         ("#?RADIANCE\n\n-Y two +X 3\n", "is not a size"),
         ("#?RADIANCE\n\n-Y 4294967295 +X 1\n", "is not a size"),
-        ("#?RADIANCE\n\n-Y 2 +X 4\n", "sky.hdr"),
+        ("#?RADIANCE\n\n-Y 2 +X 4\n", "sky.hdr: it is cut off"),
     ] {
         let text = refuse(header);
         assert!(text.contains(said), "{header}: {text}");

@@ -29,6 +29,21 @@ fn lit(light: &Value) -> Gltf {
     })
 }
 
+/// A radius is no part of the extension: the light stays a point.
+#[test]
+fn radii_of_lights_are_ignored_with_a_notice() {
+    let notices = |radius: Value| {
+        let light = json!({ "type": "point", "extras": { "radius": radius } });
+        let scene = Folder::new().load("scene.glb", lit(&light).glb());
+        assert_eq!(scene.punctual_lights[0].shape, PunctualShape::Point);
+        scene.notices
+    };
+    let text = "radii of punctual lights are ignored; an emissive surface has soft shadows: light 0 of node 2 \"lamp\"";
+    assert_eq!(notices(json!(0.25)), [text]);
+    assert_eq!(notices(json!(0.0)), [""; 0]);
+    assert_eq!(notices(json!("wide")), [""; 0]);
+}
+
 #[test]
 fn punctual_lights_stand_where_their_nodes_are() {
     let spot = |inner, outer| PunctualShape::Spot { inner, outer };

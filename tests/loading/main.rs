@@ -11,6 +11,7 @@ mod garbage;
 mod gltf;
 mod gltf_extensions;
 mod hdr;
+mod image_based;
 mod images;
 mod lights;
 mod limits;

@@ -113,12 +113,19 @@ fn animations_may_lack_their_buffer_but_meshes_may_not() {
         json["bufferViews"][output]["buffer"] = 1.into();
     });
     let missing = "buffer 1: there is no file \"keys.bin\" where the scene expects it";
-    let scene = load_without(&file, &[], missing);
-    assert!(scene.motion.is_none());
-    let notice =
-        "animations whose buffers are missing are left out: animations[0].channels[0] (buffer 1";
-    assert!(scene.notices[0].starts_with(notice), "{:?}", scene.notices);
-    assert_eq!(scene.notices.len(), 1);
+    let compressed = file.with(|json| {
+        let view = json["bufferViews"].as_array_mut().unwrap().last_mut();
+        view.unwrap()["extensions"] = json!({ "EXT_meshopt_compression": {
+            "buffer": 1, "byteLength": 9, "byteStride": 12, "count": 2, "mode": "ATTRIBUTES",
+        } });
+    });
+    for file in [&file, &compressed] {
+        let scene = load_without(file, &[], missing);
+        assert!(scene.motion.is_none());
+        let notice = "animations whose buffers are missing are left out: animations[0].channels[0] (buffer 1";
+        assert!(scene.notices[0].starts_with(notice), "{:?}", scene.notices);
+        assert_eq!(scene.notices.len(), 1);
+    }
 
     let file = file.with(|json| json["bufferViews"][0]["buffer"] = 1.into());
     let folder = Folder::new();

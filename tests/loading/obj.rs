@@ -172,6 +172,22 @@ fn normals_where_they_are_and_flat_where_not() {
 }
 
 #[test]
+fn wrong_normals_are_those_of_the_faces() {
+    for normal in ["nan nan nan", "0 1", "", "-1.#IND 0 1", "1e99 0 0"] {
+        let scene = load(&format!("vn {normal}\nvn 0 .6 .8\nf 1//1 2//2 3//1\n"));
+        let tilted = Vec3::new(0.0, 0.6, 0.8);
+        assert_eq!(scene.meshes[0].normals, [Vec3::Z, tilted, Vec3::Z]);
+        let notice =
+            "vertices without a usable normal take the geometric one: 2 times, first mesh 0";
+        assert!(
+            scene.notices.iter().any(|line| line == notice),
+            "{:?}",
+            scene.notices
+        );
+    }
+}
+
+#[test]
 fn normals_of_some_corners_stay_with_them() {
     // Faces without normals come first, so that normals counted by corners would be misplaced.
     let scene = load("vn 0 .6 .8\nf 1 2 3\nf 1//1 3//1 4//1\nf 1//1 2 4//1\n");
@@ -375,11 +391,10 @@ fn textures_that_are_wrong_are_one_line() {
     assert!(load("f 1/7 2/8 3/9\n").meshes[0].uvs[0].is_empty());
     assert!(load("vt nan inf\nf 1/1 2/1 3/1\n").meshes[0].uvs[0].is_empty());
     let broken = format!("mtllib m.mtl\n{SQUARE}vt 0 nan\nusemtl a\nf 1/1 2/1 3/1\n");
-    let text = folder.refuse("scene.obj", broken);
-    assert!(
-        text.contains("line 8") && text.contains("not finite"),
-        "{text}"
-    );
+    let scene = folder.load("scene.obj", broken);
+    assert_eq!(scene.meshes[0].uvs[0], [glam::Vec2::ZERO; 3]);
+    let notice = "texture coordinates are not finite, 0 is used: 3 times, first line 8";
+    assert_eq!(scene.notices, [notice]);
 }
 
 #[test]

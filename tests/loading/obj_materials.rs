@@ -352,18 +352,40 @@ fn other_physical_properties_have_a_notice_each() {
     );
     let scene = load(
         &folder,
-        "Ke -1 2 0\nKd spectral a.rfl 1\nKd xyz 0.1 0.2 0.3",
+        "Ke -1 2 1e30\nKd spectral a.rfl 1\nKd xyz 0.1 0.2 0.3",
     );
     let mut expected = Material::lambert("a", Vec3::splat(0.8));
-    expected.emission = Vec3::new(0.0, 2.0, 0.0);
+    expected.emission = Vec3::new(0.0, 2.0, 1e12);
     assert_eq!(scene.materials, [expected]);
     assert_eq!(
         scene.notices,
         [
-            "negative emission counts as 0: line 2 of \"m.mtl\"",
+            "emission outside [0, 1e12] is clamped: line 2 of \"m.mtl\"",
             "colours by spectrum or XYZ are ignored: 2 times, first line 3 of \"m.mtl\"",
         ]
     );
+}
+
+#[test]
+fn statements_with_wrong_numbers_are_ignored() {
+    for (statement, fault) in [
+        ("Kd 1 2", "\"Kd\": three numbers are needed"),
+        ("Kd", "\"Kd\": three numbers are needed"),
+        ("Kd x y z", "\"Kd\": \"x\" is not a finite number"),
+        ("Ke nan", "\"Ke\": \"nan\" is not a finite number"),
+        ("Pm", "\"Pm\": a number is needed"),
+        ("Pr 1e99", "\"Pr\": \"1e99\" is not a finite number"),
+        ("d x", "\"d\": \"x\" is not a finite number"),
+    ] {
+        let scene = load(&folder(), statement);
+        let expected = Material::lambert("a", Vec3::splat(0.8));
+        assert_eq!(scene.materials, [expected], "{statement}");
+        let what = "statements of MTL files with wrong numbers are ignored";
+        assert_eq!(
+            scene.notices,
+            [format!("{what}: \"m.mtl\", line 2, {fault}")]
+        );
+    }
 }
 
 #[test]
@@ -425,6 +447,24 @@ fn a_damaged_image_may_be_left_out() {
         assert!(notice.starts_with(start), "{notice}");
     }
     assert_eq!(scene.notices.len(), 2, "{:?}", scene.notices);
+}
+
+/// A folder in place of the image.
+#[test]
+fn an_image_that_cannot_be_opened_may_be_left_out() {
+    let folder = folder();
+    std::fs::create_dir(folder.path("images")).unwrap();
+    let line = folder.refuse("scene.obj", text(&folder, "map_Kd images"));
+    assert!(line.contains("it is a folder"), "{line}");
+    let scene = load_without_files(&folder, "map_Kd images\nmap_d images");
+    assert_eq!(scene.materials, [Material::lambert("a", Vec3::ONE)]);
+    let [notice] = &scene.notices[..] else {
+        panic!("{:?}", scene.notices)
+    };
+    assert!(
+        notice.starts_with("images that cannot be read are left out: texture in line 2"),
+        "{notice}"
+    );
 }
 
 #[test]

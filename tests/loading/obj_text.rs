@@ -65,6 +65,34 @@ fn utf_16_is_refused() {
 }
 
 #[test]
+fn names_may_contain_the_sign_of_comments() {
+    let (folder, expected) = expected();
+    let [red, blue] = ["Material #1", "Material #2"];
+    folder.write("m#1.mtl", MTL.replace("red", red).replace("Blue", blue));
+    let obj = OBJ
+        .replace("m.mtl", "m#1.mtl")
+        .replace("red", red)
+        .replace("Blue", blue);
+    for obj in [obj.clone(), obj.replace('\n', " # comment\n")] {
+        let scene = folder.load("scene.obj", obj);
+        assert_eq!(scene.content_hash(), expected.content_hash());
+        let names: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+        assert_eq!(names, [red, blue]);
+        assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+    }
+}
+
+#[test]
+fn a_comment_ends_with_its_line() {
+    let (folder, expected) = expected();
+    let comment = "# from C:\\scenes\\\n";
+    folder.write("m.mtl", format!("{comment}{MTL}"));
+    let scene = folder.load("scene.obj", format!("{comment}{OBJ} {comment}"));
+    assert_eq!(scene.content_hash(), expected.content_hash());
+    assert!(scene.notices.is_empty(), "{:?}", scene.notices);
+}
+
+#[test]
 fn keywords_may_be_written_in_another_letter_case() {
     let (folder, expected) = expected();
     let keywords = |text: &str, change: fn(&str) -> String| -> String {

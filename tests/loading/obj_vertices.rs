@@ -215,6 +215,12 @@ fn vertex_colours_may_be_bytes() {
         scene.notices[0],
         "vertex colours are divided by 255: all are whole numbers, and some are above 1"
     );
+    // Colours whose linear value is beyond f32 are out of range too.
+    let scene = load("v 0 0 0 1e38 0.5 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n");
+    assert_near(
+        scene.meshes[0].colors[0],
+        Vec4::new(1.0, linear(0.5), 0.0, 1.0),
+    );
     // Fractions above 1 are colours out of range.
     let scene = load("v 0 0 0 1.5 0 0.5\nv 1 0 0 1 0 0\nv 1 1 0 0 0 0\nf 1 2 3\n");
     assert_near(

@@ -110,7 +110,7 @@ class Scene:
     def render(self, file, *arguments):
         if not (self.folder / file).exists():
             # A picture gets its name when it is complete.
-            run("render", *self.words, *self.size, *arguments, "-o", self.folder / file)
+            run("render", *self.words, *self.size, *arguments, "--jitter", "off", "-o", self.folder / file)
         return Picture(self.folder / file)
 
     def halves(self):
@@ -118,7 +118,7 @@ class Scene:
         for seed in REFERENCE_SEEDS:
             path = self.folder / f"reference-{seed}.exr"
             if not path.exists():
-                run("reference", *self.words, *self.size, *self.bounces, "--spp", self.options.spp, "--seed", seed, "-o", path)
+                run("reference", *self.words, *self.size, *self.bounces, "--jitter", "off", "--spp", self.options.spp, "--seed", seed, "-o", path)
         return [Picture(self.folder / f"reference-{seed}.exr").layer(COLOR) for seed in REFERENCE_SEEDS]
 
     def measure(self):
@@ -165,7 +165,7 @@ class Scene:
     def frame_time(self, words, frames):
         temporary = self.folder / "timed.exr"
         # Without --accumulate, frames that no later frame needs are not rendered.
-        words = [*self.words, *self.size, *self.bounces, *words, "--accumulate", "-o", temporary]
+        words = [*self.words, *self.size, *self.bounces, *words, "--jitter", "off", "--accumulate", "-o", temporary]
         short, long = (run("render", *words, "--frames", n) for n in (SHORT, frames))
         temporary.unlink()
         if long <= short:

@@ -57,6 +57,8 @@ def bsdf(mesh):
         rough=image("rough", material.rough_texture, False),
         dielectric_f0=[float(x) for x in material.dielectric_f0],
         dielectric_f90=material.dielectric_f90,
+        strength=image("strength", material.specular_texture, False),
+        tint=image("tint", material.specular_color_texture, True),
         bumps=image("bumps", material.normal_texture, False),
         normal_scale=material.normal_scale,
         alpha=float(material.alpha),
@@ -65,8 +67,10 @@ def bsdf(mesh):
         has_colors=mesh.colors is not None,
         has_normals=mesh.normals is not None,
     ))
-    # Headwater ignores the alpha of what emits.
-    if material.alpha_mode != "OPAQUE" and not material.emission.any():
+    if material.alpha_mode != "OPAQUE":
+        # Mitsuba's emitters emit by all of their area, whatever their BSDF lets through.
+        if material.emission.any() and (material.alpha < 1 or material.base_color_texture is not None or mesh.colors is not None):
+            raise SystemExit("emitters with alpha are not known here")
         made = mi.load_dict({"type": "mask", "opacity": surface.Alpha(made.of), "bsdf": made})
     bsdfs[key] = made
     return made
@@ -124,6 +128,7 @@ def shapes(mesh, size):
             carried["tangent"], carried["side"] = mesh.tangents[:, :3], mesh.tangents[:, 3:]
         for name, texture in (
             ("base", material.base_color_texture), ("rough", material.rough_texture), ("bumps", material.normal_texture),
+            ("strength", material.specular_texture), ("tint", material.specular_color_texture),
         ):
             if texture is not None:
                 carried[name] = np.pad(placed(mesh, texture), ((0, 0), (0, 1)))
@@ -274,7 +279,7 @@ def main():
         view = look_at(scene, options.look_at)
         ours, theirs = output / "headwater.exr", output / "mitsuba.exr"
         numbers = ",".join(repr(float(x)) for x in [*view[0], *view[1], view[2]])
-        arguments = ["reference", rendered, "-o", ours, "--spp", options.spp, "--bounces", options.bounces, "--jitter"]
+        arguments = ["reference", rendered, "-o", ours, "--spp", options.spp, "--bounces", options.bounces, "--jitter", "on"]
         arguments += ["--width", options.width, "--height", options.height, f"--look-at={numbers}"]
         arguments += ["--allow-missing"] if rendered.suffix != ".obj" else []
         arguments += ["--environment", options.environment] if options.environment else []

@@ -50,8 +50,11 @@ class Material:
     metallic: float = 0.0
     roughness: float = 1.0
     rough_texture: Texture | None = None
+    # Before the limit of 1, and before the strength multiplies it.
     dielectric_f0: np.ndarray = field(default_factory=lambda: np.zeros(3))
     dielectric_f90: float = 0.0
+    specular_texture: Texture | None = None
+    specular_color_texture: Texture | None = None
     normal_texture: Texture | None = None
     normal_scale: float = 1.0
 
@@ -207,13 +210,12 @@ class Gltf:
         )
         if self.full:
             specular = extensions.get("KHR_materials_specular", {})
-            if any(key.endswith("Texture") for key in specular):
-                raise SystemExit("textures of KHR_materials_specular are not known here")
             ior = extensions.get("KHR_materials_ior", {}).get("ior", 1.5)
             reflected = ((ior - 1) / (ior + 1)) ** 2 if ior > 0 else 1.0
-            weight = specular.get("specularFactor", 1.0)
-            f0 = np.minimum(reflected * np.array(specular.get("specularColorFactor", [1.0] * 3)), 1.0)
-            material.dielectric_f0, material.dielectric_f90 = weight * f0, weight
+            material.dielectric_f0 = reflected * np.array(specular.get("specularColorFactor", [1.0] * 3))
+            material.dielectric_f90 = specular.get("specularFactor", 1.0)
+            material.specular_texture = self.texture(specular.get("specularTexture"))
+            material.specular_color_texture = self.texture(specular.get("specularColorTexture"))
             material.metallic, material.roughness = pbr.get("metallicFactor", 1.0), pbr.get("roughnessFactor", 1.0)
             material.rough_texture = self.texture(pbr.get("metallicRoughnessTexture"))
             material.normal_texture = self.texture(source.get("normalTexture"))

@@ -32,6 +32,9 @@ class Lobes:
     rough: object
     dielectric_f0: list
     dielectric_f90: float
+    # The alpha of one multiplies the dielectric's f90, the colour of the other its f0.
+    strength: object
+    tint: object
     bumps: object
     normal_scale: float
     alpha: float
@@ -166,6 +169,12 @@ class Surface(mi.BSDF):
         here.frame = mi.Frame3f(dr.select(facing < MIN_FACING, bent, normal))
         here.out = here.frame.to_local(here.viewer)
         here.diffuse = color * (1 - metallic)
+        here.f0, here.f90 = mi.Color3f(of.dielectric_f0), mi.Float(of.dielectric_f90)
+        if of.tint is not None:
+            here.f0 *= mi.Color3f(of.tint.at(si, active)[:3])
+        if of.strength is not None:
+            here.f90 *= of.strength.at(si, active)[3]
+        here.f0 = dr.minimum(here.f0, 1) * here.f90
         here.color, here.metallic = color, metallic
         here.mirror = roughness < MIRROR_ROUGHNESS
         here.lobe = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, dr.maximum(dr.square(roughness), 1e-4))
@@ -192,8 +201,7 @@ class Surface(mi.BSDF):
     def fresnel(self, here, cosine):
         """Schlick's, of the dielectric and of the metal."""
         grazing = dr.power(dr.clip(1 - cosine, 0, 1), 5)
-        f0 = mi.Color3f(self.of.dielectric_f0)
-        return f0 + (self.of.dielectric_f90 - f0) * grazing, here.color + (1 - here.color) * grazing
+        return here.f0 + (here.f90 - here.f0) * grazing, here.color + (1 - here.color) * grazing
 
     def value(self, here, direction):
         """The BSDF times the cosine, and the density."""

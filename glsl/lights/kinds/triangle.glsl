@@ -7,7 +7,12 @@
 
 bool is_double_sided(GpuLight light) { return HAS_DOUBLE_SIDED_LIGHTS && light.double_sided != 0u; }
 
-// The radiance that a point of a light emits on its front; none where the light has a hole.
+// True if light passes through a part of a light (alphaMode BLEND). Rays of BSDF candidates pass all of it, because a candidate would
+// have to be all lights along its ray, not only the first. So it has light samples alone, except from the camera, along delta lobes
+// and in path tracing.
+bool is_blended(GpuLight light) { return HAS_BLENDED_LIGHTS && light.blended != 0u; }
+
+// The radiance that a point of a light emits on its front, by the part that it covers: none where the light has a hole.
 vec3 light_radiance(GpuLight light, uint index, vec2 barycentrics) {
     vec3 radiance = light.emission;
     if (HAS_EMISSIVE_TEXTURES && scene.at.textured_lights != 0u) {
@@ -24,6 +29,12 @@ vec3 light_radiance(GpuLight light, uint index, vec2 barycentrics) {
 // The radiance that it emits in a direction with this cosine to its normal: 0 from the back of a one-sided light.
 vec3 light_emission(GpuLight light, uint index, vec2 barycentrics, float cosine) {
     return cosine > 0.0 || is_double_sided(light) ? light_radiance(light, index, barycentrics) : vec3(0.0);
+}
+
+// The same for a ray that a random number let end there: its probability was the coverage, which must not count twice.
+vec3 hit_emission(GpuLight light, uint index, vec2 barycentrics, float cosine) {
+    if (is_blended(light)) light.primitive = NONE;
+    return light_emission(light, index, barycentrics, cosine);
 }
 
 // Converts an area density to solid angle at a point with this squared distance, under this cosine at the light.

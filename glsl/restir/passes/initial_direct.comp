@@ -164,7 +164,7 @@ void main() {
                     emission = environment_radiance(environment_uv(ray.direction));
                 } else {
                     GpuLight seen = light_at(light.index, CURRENT);
-                    emission = light_emission(seen, light.index, light.uv, -dot(seen.normal, ray.direction));
+                    emission = hit_emission(seen, light.index, light.uv, -dot(seen.normal, ray.direction));
                 }
                 ADD_LIGHT(pixel, emission * reflectance)
                 continue;

@@ -26,7 +26,7 @@ void main() {
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
-            emission += accept_radiance(light_emission(light, surface.light, hit.barycentrics, cosine));
+            emission += accept_radiance(hit_emission(light, surface.light, hit.barycentrics, cosine));
         }
     } else if (sees_environment()) {
         emission = accept_radiance(environment_radiance(environment_uv(ray.direction)));

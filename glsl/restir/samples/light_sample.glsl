@@ -69,9 +69,10 @@ vec3 arriving_radiance(LightSample value, vec3 from, vec3 back_off, out vec3 dir
     return emits ? value.emission : vec3(0.0);
 }
 
-// True if BSDF rays find the sample: not a point of a punctual light, nor of a small one that is near.
+// True if BSDF rays find the sample: not a point of a punctual light, nor of one that is blended, nor of a small one that is near.
 bool found_by_rays(ShadingPoint shading_point, LightSample value) {
     if (is_punctual(value.point.kind)) return false;
+    if (HAS_BLENDED_LIGHTS && is_triangle(value.point.kind) && is_blended(light_at(value.point.index, CURRENT))) return false;
     if (is_environment(value.point.kind) || !is_near(shading_point, value.position)) return true;
     return light_at(value.point.index, CURRENT).area >= square(near_distance(shading_point));
 }

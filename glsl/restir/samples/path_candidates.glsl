@@ -99,8 +99,8 @@ Candidate light_hit(Path path, uint index, Hit hit, vec3 direction) {
     LightPoint end = LightPoint(LIGHT_TRIANGLE, index, hit.barycentrics);
     GpuLight light = light_at(index, CURRENT);
     float cosine = -dot(light.normal, direction);
-    vec3 emission = light_emission(light, index, stored_uv(end.uv), cosine);
-    if (max(hit.t, sqrt(light.area)) < path.near) emission = vec3(0.0);
+    vec3 emission = hit_emission(light, index, stored_uv(end.uv), cosine);
+    if (max(hit.t, sqrt(light.area)) < path.near || (is_blended(light) && !path.delta)) emission = vec3(0.0);
     float pdf_area = vertex_pdf_own_measure(path.context, end, direction);
     return found_light(path, end, emission, area_to_solid_angle(pdf_area, square(hit.t), cosine));
 }

@@ -4,7 +4,7 @@ use super::cameras::choose_camera;
 use super::lens;
 use crate::Result;
 use crate::commands::arguments::ViewArgs;
-use crate::commands::choices::TexturesArg;
+use crate::commands::choices::{JitterArg, TexturesArg};
 use crate::commands::interrupt::Interrupt;
 use crate::commands::{NOTHING_WRITTEN, apply_clock, notice, open_scene, open_vulkan, say};
 use crate::device_scene::selection::{self, Request, Selection};
@@ -206,7 +206,7 @@ impl OpenedScene {
                 height,
                 seed: args.seed,
                 bounces: args.bounces,
-                jitter: args.jitter,
+                jitter: args.jitter == JitterArg::On,
             },
             device,
             instance,

@@ -46,9 +46,8 @@ impl Machine<'_> {
             Some(_) => interrupt.check(&kept(self.folder)),
         };
         let mut scene = Scene::open_watched(name, self.load.options(), &mut |_, _, _| check())?;
-        let known = scene.notices.len();
         scene.surround(planned.environment.as_deref())?;
-        for text in scene.notices[known..].iter().filter(|_| is_first) {
+        for text in scene.notices.iter().filter(|_| is_first) {
             notice(&format!("{name}: {text}"));
         }
         let clock = plan.clock();

@@ -189,8 +189,8 @@ fn every_value_counts() {
     assert_eq!(seen.len(), all);
 }
 
-/// A scene whose material has a texture for each of its four values: base colour, metalness with roughness,
-/// normals, and emission. The scene has two images, and the textures use the first one. The tests then change
+/// A scene whose material has each texture that a material can have: of base colour, metalness with roughness, normals,
+/// specular reflection and its colour, and emission. The scene has two images, and the textures use the first one. The tests then change
 /// one value after the other.
 fn textured() -> Scene {
     let image = |value| Image {
@@ -212,11 +212,13 @@ fn textured() -> Scene {
     scene
 }
 
-fn slots(material: &mut Material) -> [&mut Option<Texture>; 4] {
+fn slots(material: &mut Material) -> [&mut Option<Texture>; 6] {
     [
         &mut material.base_color_texture,
         &mut material.metallic_roughness_texture,
         &mut material.normal_texture,
+        &mut material.specular_texture,
+        &mut material.specular_color_texture,
         &mut material.emissive_texture,
     ]
 }
@@ -257,7 +259,7 @@ fn every_value_of_images_and_textures_counts() {
     for (index, change) in whole.iter().enumerate() {
         check(&format!("change {index}"), change);
     }
-    for slot in 0..4 {
+    for slot in 0..6 {
         let texture = |scene: &mut Scene, change: &dyn Fn(&mut Option<Texture>)| {
             change(slots(&mut scene.materials[0])[slot]);
         };

@@ -149,7 +149,7 @@ impl Environment {
 
 /// The unit vector of the direction with two given angles in radians. `around` is the angle from −Z around the vertical
 /// axis, clockwise seen from above. `down` is the angle from the zenith (+Y).
-fn direction(around: f64, down: f64) -> DVec3 {
+pub(crate) fn direction(around: f64, down: f64) -> DVec3 {
     DVec3::new(
         down.sin() * around.sin(),
         down.cos(),

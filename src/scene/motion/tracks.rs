@@ -99,7 +99,7 @@ pub struct Track<T> {
 /// so that the reader of a file can name that array in its message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrackFault {
-    /// A fault in [`Track::times`], such as a negative time. The text describes it and becomes part of the error message.
+    /// A fault in [`Track::times`], such as times that decrease. The text describes it and becomes part of the error message.
     Times(String),
     /// A fault in [`Track::values`], such as a number that is not finite. The text describes it and becomes part of the
     /// error message.

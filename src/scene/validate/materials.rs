@@ -29,6 +29,8 @@ pub(super) fn check_material(
         normal_scale,
         specular,
         specular_color,
+        specular_texture: _,
+        specular_color_texture: _,
         ior,
         unlit: _,
         emission,
@@ -74,12 +76,6 @@ pub(super) fn check_material(
     }
     if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
         return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
-    }
-    if *alpha_mode == AlphaMode::Blend && emission.max_element() > 0.0 {
-        tally.add(
-            "alphaMode BLEND is ignored on surfaces that emit light",
-            || what.clone(),
-        );
     }
     let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
     if clamped != *base_color {

@@ -64,14 +64,21 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
     }
     if material.unlit {
         extensions.insert("KHR_materials_unlit".into(), json!({}));
-    } else if material.specular != 1.0 || material.specular_color != Vec3::ONE {
-        extensions.insert(
-            "KHR_materials_specular".into(),
-            json!({
-                "specularFactor": material.specular,
-                "specularColorFactor": material.specular_color.to_array(),
-            }),
+    } else if material.specular != 1.0
+        || material.specular_color != Vec3::ONE
+        || material.has_specular_textures()
+    {
+        let mut specular = json!({
+            "specularFactor": material.specular,
+            "specularColorFactor": material.specular_color.to_array(),
+        });
+        textures.add(&mut specular, "specularTexture", &material.specular_texture);
+        textures.add(
+            &mut specular,
+            "specularColorTexture",
+            &material.specular_color_texture,
         );
+        extensions.insert("KHR_materials_specular".into(), specular);
     }
     if material.ior != 1.5 {
         extensions.insert("KHR_materials_ior".into(), json!({ "ior": material.ior }));

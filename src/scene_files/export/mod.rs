@@ -20,8 +20,8 @@ use std::path::Path;
 const FLOAT: u32 = 5126;
 
 /// Writes a scene to `path` as binary glTF: meshes with one primitive per part, instances as nodes, materials with their
-/// textures (as PNG), lights, cameras, and animations, whose keys are stored in f32. The environment and the shear of
-/// texture transforms are left out, since glTF can express neither.
+/// textures (as PNG), lights, cameras, and animations, whose keys are stored in f32. The environment is left
+/// out, and the shear of texture transforms, which glTF cannot express.
 ///
 /// # Errors
 /// An image's number of texels is not its width × height, or the image cannot be encoded as PNG; the file would have more

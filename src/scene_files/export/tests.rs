@@ -99,6 +99,8 @@ fn every_factor_survives() {
         normal_scale: -0.5,
         specular: 0.7,
         specular_color: Vec3::new(0.8, 0.9, 1.5),
+        specular_texture: Some(Texture::plain(1)),
+        specular_color_texture: Some(Texture { set: 0, ..texture }),
         ior: 1.7,
         emission: Vec3::new(0.0, 3.0, 1e6),
         emissive_texture: Some(Texture {
@@ -234,6 +236,8 @@ fn difference(a: &Scene, b: &Scene) -> Option<String> {
                 &mut m.base_color_texture,
                 &mut m.metallic_roughness_texture,
                 &mut m.normal_texture,
+                &mut m.specular_texture,
+                &mut m.specular_color_texture,
                 &mut m.emissive_texture,
             ]
             .into_iter()

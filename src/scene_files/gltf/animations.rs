@@ -104,17 +104,20 @@ fn target(
     let (node, path) = (channel.target.node, channel.target.path.as_str());
     if let Some(pointer) = &channel.target.extensions.pointer {
         let parts: Vec<&str> = pointer.pointer.split('/').collect();
-        let [_, list, index, path @ ..] = &parts[..] else {
+        let found = match &parts[..] {
+            [_, list, index, path @ ..] => index.parse().ok().map(|index| (*list, index, path)),
+            _ => None,
+        };
+        let Some((list, index, path)) = found else {
             tally.add(ignored, || format!("{what} ({})", quoted(&pointer.pointer)));
             return Ok(None);
         };
-        let index = index.parse::<u64>().unwrap_or(u64::MAX);
         let strength = [
             "extensions",
             "KHR_materials_emissive_strength",
             "emissiveStrength",
         ];
-        return Ok(match (*list, path) {
+        return Ok(match (list, path) {
             ("materials", ["emissiveFactor"]) => {
                 Some(Target::EmissiveFactor(in_range("material", index)?))
             }

@@ -30,10 +30,13 @@ const READ: [&str; 6] = [
 /// The memory that one value of an attribute takes after decoding, in bytes: four floats, the largest value that meshes use.
 const VALUE_BYTES: u64 = 16;
 
-/// The number of bytes that a compressed mesh may have after decoding, for each vertex that its accessors state; more is
-/// damage. Vertices with all attributes in use have less than half of it, so a mesh may have some attributes and vertices
-/// that its primitive does not state.
-const MAX_VERTEX_BYTES: u64 = 512;
+/// The number of attributes that a compressed mesh may have beside those that its primitive states, such as joints and
+/// weights. More are damage, because nothing has checked the memory for them.
+const MORE_ATTRIBUTES: u64 = 6;
+
+/// The number of vertices that a compressed mesh may have for each vertex that its accessors state. Encoders split vertices, and
+/// some programs do not correct the accessors. More are damage, because a few bytes can stand for any number of vertices.
+const VERTEX_RATIO: u64 = 2;
 
 /// A compressed mesh to decode. Primitives with equal compressed data and accessors share one.
 struct Job<'a> {
@@ -42,6 +45,8 @@ struct Job<'a> {
     primitive: &'a Primitive,
     compression: &'a Compression,
     bytes: &'a [u8],
+    /// The maximum number of vertices after decoding.
+    max_points: u64,
     limits: DecodeLimits,
 }
 
@@ -73,7 +78,7 @@ pub fn decode(
             let Some(compression) = &primitive.extensions.draco else {
                 continue;
             };
-            let is_shown = matches!(primitive.mode, None | Some(4 | 5));
+            let is_shown = matches!(primitive.mode, None | Some(4..=6));
             if !is_shown || !primitive.attributes.contains_key("POSITION") {
                 continue;
             }
@@ -116,15 +121,18 @@ impl<'a> Job<'a> {
         };
         let points = count(primitive.attributes.get("POSITION")).unwrap_or(0);
         let corners = count(primitive.indices.as_ref()).unwrap_or(points);
-        let values = points.saturating_mul(compression.attributes.len() as u64);
-        let bytes = u128::from(values) * u128::from(VALUE_BYTES) + u128::from(corners) * 4;
-        accessors.unfolding.take(&what, bytes)?;
+        let attributes = compression.attributes.len() as u64 + MORE_ATTRIBUTES;
+        let values = points.saturating_mul(attributes * VALUE_BYTES);
+        accessors
+            .unfolding
+            .take(&what, u128::from(values) + u128::from(corners) * 4)?;
         Ok(Self {
             bytes: accessors.view(&what, compression.buffer_view)?,
             limits: DecodeLimits::default()
                 // A strip has almost as many triangles as corners.
                 .with_max_faces(corners)
-                .with_max_decoded_bytes(MAX_VERTEX_BYTES.saturating_mul(points)),
+                .with_max_decoded_bytes(values),
+            max_points: points.saturating_mul(VERTEX_RATIO),
             what,
             primitive,
             compression,
@@ -133,18 +141,24 @@ impl<'a> Job<'a> {
 
     fn decode(&self, accessors: &[Accessor]) -> Result<Lists> {
         let what = &self.what;
+        let too_many = || {
+            damaged(format!(
+                "{what}: its Draco data have more triangles or vertices than its accessors state"
+            ))
+        };
         let mesh = caught(|| self.decode_mesh())
             .unwrap_or_else(|| Err(DracoError::general("the data are damaged".to_owned())))
             .map_err(|cause| match cause.kind() {
-                ErrorKind::LimitExceeded => damaged(format!(
-                    "{what}: its Draco data have more triangles or vertices than its accessors state"
-                )),
+                ErrorKind::LimitExceeded => too_many(),
                 _ => {
                     let cause = cause.to_string().replace(char::is_control, " ");
                     damaged(format!("{what}: its Draco data cannot be decoded: {cause}"))
                 }
             })?;
         let count = mesh.num_points();
+        if count as u64 > self.max_points {
+            return Err(too_many());
+        }
         let mut lists = Lists::new();
         for (name, id) in &self.compression.attributes {
             let accessor = self.primitive.attributes.get(name);

@@ -5,7 +5,8 @@ use crate::scene::notices::{Tally, listed, quoted};
 use crate::{Error, Result};
 
 /// The glTF extensions that are supported.
-const SUPPORTED: [&str; 17] = [
+const SUPPORTED: [&str; 18] = [
+    "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",

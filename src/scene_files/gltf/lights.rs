@@ -4,14 +4,21 @@ use super::damaged;
 use super::document::{Document, Light};
 use super::nodes::Placed;
 use crate::Result;
+use crate::scene::notices::Tally;
 use crate::scene::validate::punctual::check_cone;
 use crate::scene::{PunctualLight, PunctualShape};
 use glam::Vec3;
+use serde_json::Value;
 use std::f64::consts::FRAC_PI_2;
 
-/// The punctual light that a node places in the scene; `None` if the node has none. Fails if the index of the light is out
+/// The punctual light that a node places in the scene; `None` if the node has none. A radius among the extras of the light is
+/// ignored, with a notice in `tally`, because glTF does not define one. Fails if the index of the light is out
 /// of range, its type is unknown, or the angles of its cone are wrong.
-pub fn of_node(document: &Document, placed: &Placed<'_>) -> Result<Option<PunctualLight>> {
+pub fn of_node(
+    document: &Document,
+    placed: &Placed<'_>,
+    tally: &mut Tally,
+) -> Result<Option<PunctualLight>> {
     let Some(named) = &placed.node.extensions.light else {
         return Ok(None);
     };
@@ -25,6 +32,11 @@ pub fn of_node(document: &Document, placed: &Placed<'_>) -> Result<Option<Punctu
         ));
     };
     let what = format!("light {} of {}", named.light, placed.label());
+    let radius = light.extras.get("radius").and_then(Value::as_f64);
+    if radius.is_some_and(|radius| radius > 0.0) {
+        let text = "radii of punctual lights are ignored; an emissive surface has soft shadows";
+        tally.add(text, || what.clone());
+    }
     Ok(Some(PunctualLight {
         name: placed.name_or(&light.name),
         light_to_world: placed.to_world,

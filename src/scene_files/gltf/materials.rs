@@ -66,10 +66,11 @@ pub fn read(
     textures: &Textures<'_>,
     tally: &mut Tally,
 ) -> Result<Vec<Material>> {
-    let ignored = ignored_textures(materials);
-    if !ignored.is_empty() {
+    let has_occlusion = |material: &&FileMaterial| material.occlusion_texture.is_some();
+    let occlusion = materials.iter().filter(has_occlusion).count();
+    if occlusion > 0 {
         tally.add("textures that are not supported are ignored", || {
-            ignored.join(", ")
+            format!("occlusion ({occlusion})")
         });
     }
     (materials.iter().enumerate())
@@ -98,6 +99,8 @@ fn convert(
         base_color_texture,
         metallic_roughness_texture,
         normal_texture,
+        specular_texture,
+        specular_color_texture,
         emissive_texture,
     ] = textures.of_material(&what, index)?;
     let base_color = Vec4::from_array(pbr.base_color_factor).truncate();
@@ -122,6 +125,8 @@ fn convert(
             .map_or(1.0, |info| info.scale.unwrap_or(1.0)),
         specular: specular.specular_factor,
         specular_color: Vec3::from_array(specular.specular_color_factor),
+        specular_texture,
+        specular_color_texture,
         ior: source.extensions.ior.ior,
         emission: (color * strength).as_vec3(),
         emissive_texture,
@@ -153,26 +158,4 @@ pub fn emission(source: &FileMaterial) -> (DVec3, f64) {
         Vec3::from_array(source.emissive_factor).as_dvec3(),
         strength.emissive_strength.into(),
     )
-}
-
-/// The names of unsupported kinds of textures that some material has, such as specular, each with the number
-/// of these materials: `occlusion (3)`. A notice to the user lists them.
-fn ignored_textures(materials: &[FileMaterial]) -> Vec<String> {
-    let kinds = ["occlusion", "specular", "specular colour"];
-    let mut counts = [0; 3];
-    for material in materials {
-        let specular = &material.extensions.specular;
-        let has = [
-            material.occlusion_texture.is_some(),
-            specular.specular_texture.is_some(),
-            specular.specular_color_texture.is_some(),
-        ];
-        for (count, has) in counts.iter_mut().zip(has) {
-            *count += usize::from(has);
-        }
-    }
-    (kinds.iter().zip(counts))
-        .filter(|(_, count)| *count > 0)
-        .map(|(kind, count)| format!("{kind} ({count})"))
-        .collect()
 }

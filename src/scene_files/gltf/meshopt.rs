@@ -2,7 +2,7 @@
 //! has the same members, a further version of the codec and a further filter. The decoded bytes become further buffers, so
 //! the code that reads accessors does not distinguish them from uncompressed ones.
 
-use super::accessors::Accessors;
+use super::accessors::{Accessors, get};
 use super::buffers::Content;
 use super::damaged;
 use super::document::Document;
@@ -25,26 +25,34 @@ struct Job<'a> {
     bytes: &'a [u8],
 }
 
+/// The decoded bytes of a view. An error is the message that the file of its buffer is missing.
+pub type Decoded = std::result::Result<Vec<u8>, String>;
+
 /// Decodes the compressed buffer views of `document`, and changes them so that they refer to the decoded bytes. Returns the
 /// decoded bytes: buffers that follow `buffers`, the buffers of the file. Fails if a view is damaged, or if there is too
-/// little memory.
+/// little memory. A missing buffer is an error only when the bytes of the view are used.
 pub fn decode(
     document: &mut Document,
     buffers: &[Content<'_>],
     unfolding: &Unfolding,
     progress: &mut Progress<'_>,
-) -> Result<Vec<Vec<u8>>> {
+) -> Result<Vec<Decoded>> {
     let accessors = Accessors {
         document,
         buffers,
         unfolding,
     };
     let mut jobs = Vec::new();
+    let mut missing = Vec::new();
     for (view, found) in document.buffer_views.iter().enumerate() {
         let extensions = &found.extensions;
         let Some(compression) = extensions.khr.as_ref().or(extensions.ext.as_ref()) else {
             continue;
         };
+        if let Some(Err(fault)) = get(buffers, compression.buffer) {
+            missing.push((view, Err((*fault).to_owned())));
+            continue;
+        }
         let what = format!("bufferView {view} (compressed)");
         let size = u128::from(compression.count) * u128::from(compression.byte_stride);
         unfolding.take(&what, size)?;
@@ -57,18 +65,19 @@ pub fn decode(
         });
     }
     progress.pause()?;
-    let decoded: Vec<(usize, Vec<u8>)> = (jobs.par_iter())
-        .map(|job| Ok((job.view, job.decode()?)))
+    let decoded: Vec<(usize, Decoded)> = (jobs.par_iter())
+        .map(|job| Ok((job.view, Ok(job.decode()?))))
         .collect::<Result<_>>()?;
     progress.pause()?;
-    let attach = |(index, (view, bytes)): (usize, (usize, Vec<u8>))| {
+    let attach = |(index, (view, bytes)): (usize, (usize, Decoded))| {
         let view = &mut document.buffer_views[view];
         view.buffer = (buffers.len() + index) as u64;
         view.byte_offset = 0;
-        view.byte_length = bytes.len() as u64;
+        view.byte_length = bytes.as_ref().map_or(0, Vec::len) as u64;
         bytes
     };
-    Ok(decoded.into_iter().enumerate().map(attach).collect())
+    let all = decoded.into_iter().chain(missing).enumerate();
+    Ok(all.map(attach).collect())
 }
 
 impl Job<'_> {

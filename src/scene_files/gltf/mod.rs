@@ -11,6 +11,7 @@ mod buffers;
 mod document;
 mod draco;
 mod extensions;
+mod image_based;
 mod instancing;
 mod json;
 mod lights;
@@ -56,7 +57,10 @@ pub(super) fn read(
     let unfolding = Unfolding::of(buffers.total() + json.len() as u64);
     let mut contents = buffers.contents();
     let views = meshopt::decode(&mut document, &contents, &unfolding, progress)?;
-    contents.extend(views.iter().map(|view| Ok(view.as_slice())));
+    contents.extend(views.iter().map(|view| match view {
+        Ok(bytes) => Ok(bytes.as_slice()),
+        Err(fault) => Err(fault.as_str()),
+    }));
     let elements = draco::decode(&mut document, &contents, &unfolding, progress)?;
     contents.extend(elements.iter().map(|element| Ok(element.as_slice())));
     let placed = nodes::placed(&document, &mut tally)?;
@@ -75,6 +79,7 @@ pub(super) fn read(
     }
     let mut scene = Scene {
         materials: materials::read(&document.materials, &textures, &mut tally)?,
+        environment: image_based::read(&accessors, folder, progress, &mut tally)?,
         images,
         material_variants: variants::names(&document),
         ..Scene::default()
@@ -90,7 +95,9 @@ pub(super) fn read(
     let mut light_nodes = Vec::new();
     for (node_index, placed_node) in (0_u32..).zip(&placed) {
         let is_shown = placed_node.is_shown;
-        if let Some(light) = lights::of_node(&document, placed_node)?.filter(|_| is_shown) {
+        if let Some(light) =
+            lights::of_node(&document, placed_node, &mut tally)?.filter(|_| is_shown)
+        {
             scene.punctual_lights.push(light);
             light_nodes.push(Some(node_index));
         }

@@ -65,9 +65,11 @@ fn rest(node: &Node) -> (DVec3, DQuat, DVec3) {
 /// of range, or a transform is wrong.
 pub fn placed<'a>(document: &'a Document, tally: &mut Tally) -> Result<Vec<Placed<'a>>> {
     let parents = parents(document)?;
-    let hidden = visibility::hidden(document);
-    let mut waiting: Vec<(usize, Option<u32>, DAffine3, bool)> = roots(document, &parents, tally)?
-        .into_iter()
+    let roots = roots(document, &parents, tally)?;
+    let mut is_in_scene = descendants(document, &roots);
+    roots.iter().for_each(|&root| is_in_scene[root] = true);
+    let hidden = visibility::hidden(document, &is_in_scene);
+    let mut waiting: Vec<(usize, Option<u32>, DAffine3, bool)> = (roots.into_iter())
         .map(|root| (root, None, DAffine3::IDENTITY, true))
         .collect();
     waiting.reverse();

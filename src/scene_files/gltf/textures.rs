@@ -4,7 +4,7 @@
 use super::accessors::{Accessors, get};
 use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
 use super::materials::Uses;
-use super::{buffers, damaged};
+use super::{buffers, damaged, out_of_range};
 use crate::scene::notices::{Tally, label, quoted};
 use crate::scene::texture::{Image, Texture, Wrap};
 use crate::scene_files::progress::Progress;
@@ -149,18 +149,18 @@ impl<'a> Textures<'a> {
         Ok((textures, decoded.images))
     }
 
-    /// The textures of one material for base colour, metallic-roughness, normal and emission, in this order; `index` is the
-    /// material's index in the glTF file. An element is `None` if the material has no such texture or no faces, if the
+    /// The textures of one material, in the order of [`slots`]; `index` is the material's index in the glTF file. An element is `None` if the material has no such texture or no faces, if the
     /// texture would have no effect, or if its image was left out. Fails if an index, a wrap mode or the set of texture
     /// coordinates is wrong; `what` is the name of the material in the error.
-    pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; 4]> {
-        if !self.uses.has_faces[index] {
-            return Ok([None; 4]);
+    pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; SLOTS]> {
+        let mut textures = [None; SLOTS];
+        if self.uses.has_faces[index] {
+            let used = slots(&self.document.materials[index], self.uses.emits[index]);
+            for (texture, (kind, info)) in textures.iter_mut().zip(used) {
+                *texture = self.texture(&format!("{kind} of {what}"), info)?;
+            }
         }
-        let material = &self.document.materials[index];
-        let [base_color, surface, normal, emissive] = slots(material, self.uses.emits[index])
-            .map(|(kind, info)| self.texture(&format!("{kind} of {what}"), info));
-        Ok([base_color?, surface?, normal?, emissive?])
+        Ok(textures)
     }
 
     /// True if the emissive texture of the material with the index `index` in the file was left out. The material must then
@@ -249,12 +249,61 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// The supported textures of a material for base colour, metallic-roughness, normal and emission, in this order, each with
-/// its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit
+/// The number of textures that a material can have, apart from those that are not supported.
+const SLOTS: usize = 6;
+
+/// Loads images that no texture names, such as the faces of a cube map; `indices` are their indices in the file. Returns one
+/// entry for each: `None` if its image was left out, with a notice in `tally`, which happens only if the user permits missing
+/// images. Fails like [`Textures::load`], and if an index is out of range; `what` is the name of their user in the error.
+pub fn load_images(
+    accessors: &Accessors<'_>,
+    what: &str,
+    indices: &[u64],
+    folder: &SceneFolder<'_>,
+    progress: &mut Progress<'_>,
+    tally: &mut Tally,
+) -> Result<Vec<Option<Image>>> {
+    let count = accessors.document.images.len();
+    let allow_missing = folder.options.allow_missing;
+    let mut reading = Reading {
+        accessors,
+        folder,
+        encoded: Vec::new(),
+        known: HashMap::new(),
+    };
+    let mut read = Vec::with_capacity(indices.len());
+    for &index in indices {
+        if get(&accessors.document.images, index).is_none() {
+            return Err(out_of_range(what, "image", index, count));
+        }
+        let encoded = reading.read(index as usize, progress, tally);
+        read.push(
+            encoded.or_else(|fault| {
+                image_files::leave_out(fault, allow_missing, tally).map(|()| None)
+            })?,
+        );
+    }
+    let decoded = images::decode(
+        &reading.encoded,
+        &mut images::TexelCount::default(),
+        progress,
+        &mut |_, fault| image_files::leave_out(fault, allow_missing, tally),
+    )?;
+    let image =
+        |encoded: u32| decoded.index_of[encoded as usize].map(|i| decoded.images[i].clone());
+    Ok(read
+        .into_iter()
+        .map(|encoded| encoded.and_then(image))
+        .collect())
+}
+
+/// The supported textures of a material for base colour, metallic-roughness, normal, specular reflection, its colour, and
+/// emission, in this order, each with its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit
 /// material, only the base colour texture has an effect. The emissive texture has an effect only if `emits` is true, which
 /// means that the material emits light at some time.
-fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); 4] {
+fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); SLOTS] {
     let pbr = &material.pbr_metallic_roughness;
+    let specular = &material.extensions.specular;
     let lit = |texture| {
         if material.is_unlit() { &None } else { texture }
     };
@@ -265,6 +314,11 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
             lit(&pbr.metallic_roughness_texture),
         ),
         ("normal texture", lit(&material.normal_texture)),
+        ("specular texture", lit(&specular.specular_texture)),
+        (
+            "specular colour texture",
+            lit(&specular.specular_color_texture),
+        ),
         (
             "emissive texture",
             match emits {

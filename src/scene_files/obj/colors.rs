@@ -67,7 +67,8 @@ impl VertexColors {
             let [r, g, b, alpha] = (*color / scale).to_array();
             let rgb = match r.is_nan() {
                 true => Vec3::ONE,
-                false => Vec3::new(decode_srgb(r), decode_srgb(g), decode_srgb(b)),
+                // Validation clamps what is finite.
+                false => Vec3::new(decode_srgb(r), decode_srgb(g), decode_srgb(b)).min(Vec3::MAX),
             };
             *color = rgb.extend(if alpha.is_nan() { 1.0 } else { alpha });
         }

@@ -9,8 +9,14 @@ use std::io::{self, BufRead, Read};
 /// ones.
 const MAX_BYTES: usize = 64 << 20;
 
+/// The keywords, in lower case, of statements that end with a name, beside those that begin with `map_`.
+const NAMING: [&str; 11] = [
+    "o", "g", "usemtl", "newmtl", "mtllib", "usemap", "norm", "bump", "disp", "decal", "refl",
+];
+
 /// A reader that returns the statements of an OBJ or MTL file one after another. All statements use the same memory in turn.
-/// A backslash at a line's end joins the line with the next one; `#` begins a comment. A statement whose bytes are not UTF-8
+/// A backslash at a line's end joins the line with the next one, except in a comment. `#` begins a comment
+/// ([`without_comment`]). A statement whose bytes are not UTF-8
 /// is read as Latin-1. A UTF-8 byte order mark at the start of the file is skipped.
 pub struct Lines<R> {
     source: R,
@@ -83,7 +89,8 @@ impl<R: BufRead> Lines<R> {
                 self.number += usize::from(count > 0);
                 number = if number == 0 { self.number } else { number };
                 let content = self.bytes.trim_ascii_end().len();
-                if count == 0 || !self.bytes[..content].ends_with(b"\\") {
+                let is_comment = self.bytes.trim_ascii_start().starts_with(b"#");
+                if count == 0 || is_comment || !self.bytes[..content].ends_with(b"\\") {
                     break;
                 }
                 self.bytes.truncate(content - 1);
@@ -95,7 +102,7 @@ impl<R: BufRead> Lines<R> {
                 // Names that differ must stay different, so that `usemtl` finds the right one.
                 Err(_) => self.text.extend(self.bytes.iter().copied().map(char::from)),
             }
-            let content = self.text.split('#').next().unwrap_or_default().trim();
+            let content = without_comment(&self.text).trim();
             if content.is_empty() {
                 continue;
             }
@@ -123,6 +130,26 @@ impl<R: BufRead> Lines<R> {
             }));
         }
     }
+}
+
+/// The part of a statement before its comment. In a statement that ends with a name, such as `usemtl Material #25`, `#` begins
+/// a comment only at the end or between blanks, because names may contain it.
+fn without_comment(text: &str) -> &str {
+    let Some(first) = text.find('#') else {
+        return text;
+    };
+    let keyword = text.split_whitespace().next().unwrap_or_default();
+    let keyword = keyword.to_ascii_lowercase();
+    if !NAMING.contains(&&*keyword) && !keyword.starts_with("map_") {
+        return &text[..first];
+    }
+    let is_blank = |letter: Option<char>| letter.is_none_or(char::is_whitespace);
+    let begins_comment = |(at, _): &(usize, &str)| {
+        let (before, after) = (&text[..*at], &text[at + 1..]);
+        is_blank(before.chars().next_back()) && is_blank(after.chars().next())
+    };
+    let comment = text.match_indices('#').find(begins_comment);
+    &text[..comment.map_or(text.len(), |(at, _)| at)]
 }
 
 /// The error that a file cannot be read behind the line with this number, because of `cause`.
@@ -216,6 +243,23 @@ impl<'a> Line<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn comments_are_not_parts_of_names() {
+        for (line, statement) in [
+            ("v 1 2 3#x", "v 1 2 3"),
+            ("f 1 2 3 # x", "f 1 2 3 "),
+            ("#usemtl a", ""),
+            ("# usemtl a", ""),
+            ("usemtl Material #25", "usemtl Material #25"),
+            ("USEMTL a#b # c", "USEMTL a#b "),
+            ("newmtl a #", "newmtl a "),
+            ("map_Kd -s 1 1 a #1.png", "map_Kd -s 1 1 a #1.png"),
+            ("Kd 1 0 0 #25", "Kd 1 0 0 "),
+        ] {
+            assert_eq!(without_comment(line), statement);
+        }
+    }
 
     #[test]
     fn statements_without_comments_and_joined() {

@@ -42,6 +42,8 @@ pub fn load(
         files,
         images: &mut scene.images,
         index_of: HashMap::new(),
+        have_alpha: HashMap::new(),
+        are_normal_maps: HashMap::new(),
         count,
     };
     let materials = scene.materials.iter_mut().zip(maps).zip(&has_faces);
@@ -76,7 +78,7 @@ fn set_color(
             (map, Content::File(file))
         }
         // Some programs name the image of the colour, and mean its alpha.
-        Some((map, file)) if file == opacity && !combine::has_alpha(&images.files.images[file]) => {
+        Some((map, file)) if file == opacity && !images.has_alpha(file) => {
             keep_opaque("map_d is left out where it is the image of map_Kd and has no alpha");
             (map, Content::File(file))
         }
@@ -122,7 +124,7 @@ fn set_normals(
     if maps.normal.is_none() {
         found = images.files.of(&maps.bump);
         if let Some((_, file)) = found
-            && !combine::is_normal_map(&images.files.images[file])
+            && !images.is_normal_map(file)
         {
             tally.add("height maps (map_Bump) are left out", || name_of(material));
             return Ok(());
@@ -185,6 +187,10 @@ struct SceneImages<'a> {
     files: Files<'a>,
     images: &'a mut Vec<Image>,
     index_of: HashMap<Content, u32>,
+    /// The results of [`combine::has_alpha`] for images of files, because many materials may name one image.
+    have_alpha: HashMap<usize, bool>,
+    /// The results of [`combine::is_normal_map`] for images of files.
+    are_normal_maps: HashMap<usize, bool>,
     /// The number of texels of all images, with those of the files.
     count: TexelCount,
 }
@@ -202,11 +208,14 @@ impl SceneImages<'_> {
                     Content::File(file) => files[file].clone(),
                     Content::Surface(sources) => {
                         let [roughness, metallic] = sources.map(file);
-                        check(&mut self.count, map, &[roughness, metallic])?;
+                        let sources = [roughness, metallic];
+                        check(&mut self.count, map, sources, sources)?;
                         combine::surface(roughness, metallic)?
                     }
                     Content::WithOpacity(color, opacity) => {
-                        check(&mut self.count, map, &[file(color).or(file(Some(opacity)))])?;
+                        let sources = [file(color), Some(&files[opacity])];
+                        let like = sources[0].or(sources[1]);
+                        check(&mut self.count, map, [like, None], sources)?;
                         combine::with_opacity(file(color), &files[opacity])?
                     }
                 };
@@ -216,13 +225,38 @@ impl SceneImages<'_> {
         };
         Ok(texture(map, index))
     }
+
+    /// True if some texel of the image of the file with the index `file` is not opaque.
+    fn has_alpha(&mut self, file: usize) -> bool {
+        let known = self.have_alpha.entry(file);
+        *known.or_insert_with(|| combine::has_alpha(&self.files.images[file]))
+    }
+
+    /// True if the image of the file with the index `file` is a normal map, and not a height map.
+    fn is_normal_map(&mut self, file: usize) -> bool {
+        let known = self.are_normal_maps.entry(file);
+        *known.or_insert_with(|| combine::is_normal_map(&self.files.images[file]))
+    }
 }
 
-/// Checks that the scene may have one more image, which is as large as the largest of `sources`. Fails if the images then
-/// have too many texels or if there is not enough memory. `map` is the texture with the image, for the error.
-fn check(count: &mut TexelCount, map: &Map, sources: &[Option<&Image>]) -> Result<()> {
-    let sizes = sources.iter().flatten().map(|image| image.texels.len());
-    let texels = sizes.max().unwrap_or(0) as u64;
+/// Checks that the scene may have one more image, which is as large as the largest of `like` and has 16 bits per channel if one
+/// of `sources` has. Fails if the images then have too many texels or if there is not enough memory. `map` is the texture with
+/// the image, for the error.
+fn check(
+    count: &mut TexelCount,
+    map: &Map,
+    like: [Option<&Image>; 2],
+    sources: [Option<&Image>; 2],
+) -> Result<()> {
+    let sizes = like
+        .iter()
+        .flatten()
+        .map(|image| u64::from(image.width) * u64::from(image.height));
+    let entries = match sources.iter().flatten().any(|image| image.is_deep()) {
+        true => 2,
+        false => 1,
+    };
+    let texels = entries * sizes.max().unwrap_or(0);
     count.add(texels, || what(map))?;
     memory::check(BYTES * texels)
         .map_err(|cause| Error::input(format!("{}: {cause}; scale it", what(map))))
@@ -261,7 +295,7 @@ impl<'a> Files<'a> {
                 continue;
             }
             let (what, name) = (what(map), map.name());
-            let file = match folder.open_dispensable(&what, &map.files, tally) {
+            let read = match folder.open_dispensable(&what, &map.files, tally) {
                 // Most are height maps, which have no effect.
                 Ok(None) | Err(_) if is_bump => {
                     let what = || format!("{} ({what})", quoted(&name));
@@ -271,27 +305,39 @@ impl<'a> Files<'a> {
                     );
                     continue;
                 }
-                file => file?,
+                Ok(None) => {
+                    image_files::missing(&what, &name, folder, tally)?;
+                    image_of.insert(&map.files[..], None);
+                    continue;
+                }
+                Ok(Some(file)) => match known.entry(file.id) {
+                    Entry::Occupied(image) => Ok(*image.get()),
+                    Entry::Vacant(image) => {
+                        let read = image_files::read(&what, file, progress);
+                        read.map(|bytes| {
+                            encoded.push(Encoded {
+                                bytes: bytes.into(),
+                                name,
+                                what,
+                            });
+                            is_needed.push(false);
+                            *image.insert(encoded.len() - 1)
+                        })
+                    }
+                },
+                Err(fault) => Err(fault),
             };
-            let Some(file) = file else {
-                image_files::missing(&what, &name, folder, tally)?;
-                image_of.insert(&map.files[..], None);
-                continue;
-            };
-            let image = match known.entry(file.id) {
-                Entry::Occupied(image) => *image.get(),
-                Entry::Vacant(image) => {
-                    encoded.push(Encoded {
-                        bytes: image_files::read(&what, file, progress)?.into(),
-                        name,
-                        what,
-                    });
-                    is_needed.push(false);
-                    *image.insert(encoded.len() - 1)
+            let image = match read {
+                Ok(image) => {
+                    is_needed[image] |= needs;
+                    Some(image)
+                }
+                Err(fault) => {
+                    image_files::leave_out(fault, !needs, tally)?;
+                    None
                 }
             };
-            is_needed[image] |= needs;
-            image_of.insert(&map.files[..], Some(image));
+            image_of.insert(&map.files[..], image);
         }
         let decoded = images::decode(&encoded, count, progress, &mut |index, fault| {
             image_files::leave_out(fault, !is_needed[index], tally)
@@ -327,5 +373,38 @@ fn texture(map: &Map, image: u32) -> Texture {
         transform: flip * map.transform * flip,
         wrap: [wrap; 2],
         ..Texture::plain(image)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene_files::images::MAX_TEXELS;
+
+    /// The image has the size of the one with 8 bits per channel, and the depth of the other one.
+    #[test]
+    fn an_image_made_from_one_of_16_bits_counts_twice() {
+        let image = |entries: usize| Image {
+            name: String::new(),
+            width: 2,
+            height: 1,
+            texels: vec![[0; 4]; entries].into(),
+        };
+        let (color, opacity) = (image(2), image(4));
+        let map = Map {
+            files: Vec::new(),
+            transform: Affine2::IDENTITY,
+            clamp: false,
+            bump_multiplier: 1.0,
+            location: "line 1".into(),
+        };
+        for (sources, entries) in [([Some(&color); 2], 2), ([Some(&color), Some(&opacity)], 4)] {
+            for room in [entries - 1, entries] {
+                let mut count = TexelCount::default();
+                count.add(MAX_TEXELS - room, String::new).unwrap();
+                let checked = check(&mut count, &map, [Some(&color), None], sources);
+                assert_eq!(checked.is_ok(), room == entries);
+            }
+        }
     }
 }

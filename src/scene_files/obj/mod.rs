@@ -230,8 +230,9 @@ impl<'a> Reader<'a> {
                 }
             }
             "vn" => {
-                let normal = DVec3::from(line.numbers()?).as_vec3();
-                self.attributes.normals.push(normal);
+                // Validation reports a normal of zero length where a face uses it.
+                let normal = line.numbers().map(|n| DVec3::from(n).as_vec3());
+                self.attributes.normals.push(normal.unwrap_or(Vec3::ZERO));
             }
             "vt" => {
                 let mut words = line.words();
@@ -311,20 +312,19 @@ impl<'a> Reader<'a> {
                 normal => normal,
             };
             let all = &self.attributes.coordinates;
-            let coordinates = match textured {
+            let mut coordinates = match textured {
                 true => or_missing("texture coordinate", coordinates, all.len())?,
                 false => MISSING,
             };
+            if textured && coordinates == MISSING {
+                let what = "texture coordinates are missing, 0 is used";
+                self.ignored.tally.add(what, || line.location());
+            }
             let at = all.get(coordinates as usize);
             if at.is_some_and(|at| !at.is_finite()) {
-                return Err(line.wrong("its texture coordinates are not finite"));
-            }
-            if textured && coordinates == MISSING {
-                self.ignored
-                    .tally
-                    .add("texture coordinates are missing, 0 is used", || {
-                        line.location()
-                    });
+                let what = "texture coordinates are not finite, 0 is used";
+                self.ignored.tally.add(what, || line.location());
+                coordinates = MISSING;
             }
             let position_here = self.positions[position as usize] - self.center;
             self.points.push(position_here.as_vec3());

@@ -7,6 +7,7 @@ use super::lines::{Line, Lines};
 use super::map_statements::{self, Map};
 use crate::Result;
 use crate::scene::notices::quoted;
+use crate::scene::validate::BRIGHTEST;
 use crate::scene::{AlphaMode, Material};
 use glam::{DVec3, Vec3};
 use std::io::BufRead;
@@ -180,8 +181,15 @@ pub fn read(
             continue;
         };
         if let Some(factor) = FACTORS.iter().find(|factor| **factor == line.keyword) {
-            self::factor(&line, name, material, maps, ignored)?;
-            maps.stated.push(factor);
+            match self::factor(&line, name, material, maps, ignored) {
+                Ok(()) => maps.stated.push(factor),
+                Err(fault) => {
+                    let what = "statements of MTL files with wrong numbers are ignored";
+                    ignored
+                        .tally
+                        .add(what, || format!("{}, {fault}", quoted(name)));
+                }
+            }
         } else if let Some(slot) = maps.slot(line.keyword) {
             if let Some(map) = map_statements::read(&line, folder, name, ignored) {
                 *slot = Some(Box::new(map));
@@ -235,9 +243,9 @@ fn factor(
                 material.base_color = color(line)?;
             } else {
                 let emission = color(line)?;
-                material.emission = emission.max(Vec3::ZERO);
+                material.emission = emission.clamp(Vec3::ZERO, Vec3::splat(BRIGHTEST));
                 if material.emission != emission {
-                    let what = "negative emission counts as 0";
+                    let what = "emission outside [0, 1e12] is clamped";
                     ignored.tally.add(what, || line.location_in(name));
                 }
             }

@@ -352,10 +352,15 @@ pub fn folder() -> Folder {
     let png = encoded("rgb8", ImageFormat::Png);
     let jpg = encoded("rgb8", ImageFormat::Jpeg);
     let webp = encoded("rgba8", ImageFormat::WebP);
+    // Most texels are vectors of unit length, so it is a normal map.
+    let normals = image::RgbImage::from_pixel(5, 3, image::Rgb([180, 128, 240]));
+    let mut normal = Cursor::new(Vec::new());
+    (normals.write_to(&mut normal, ImageFormat::Png)).expect("an image that can be encoded");
     Folder::new(&[
         ("wall.png", &png),
         ("wall.jpg", &jpg),
         ("small.webp", &webp),
+        ("normal.png", normal.get_ref()),
         ("triangle.bin", &Gltf::triangle().binary),
         ("my scene.mtl", b"newmtl other\nKd 1 0 0\n"),
     ])

@@ -291,7 +291,7 @@ fn shared() -> Gltf {
     })
 }
 
-/// Images of textures of kinds that are not read: KTX2 without another source, and textures of specular lobes.
+/// Textures of specular lobes, an unknown alpha mode, and a KTX2 texture without another source.
 fn other_textures() -> Gltf {
     without_tangents().with(|json| {
         json["textures"] = json!([
@@ -316,10 +316,10 @@ fn other_textures() -> Gltf {
     })
 }
 
-/// A mesh that Draco has compressed.
-fn draco() -> Gltf {
+/// A mesh that Draco has compressed to `stream`.
+fn draco(stream: &[u8]) -> Gltf {
     let mut file = Gltf::triangle();
-    let view = file.add_view(include_bytes!("../../loading/compression/high.drc"));
+    let view = file.add_view(stream);
     for accessor in [0, 1] {
         file.json["accessors"][accessor] =
             json!({ "componentType": 5126, "count": 20, "type": "VEC3" });
@@ -413,7 +413,18 @@ fn features() -> Vec<(&'static str, Gltf)> {
         ("without-tangents", without_tangents()),
         ("shared", shared()),
         ("other-textures", other_textures()),
-        ("draco", draco()),
+        (
+            "draco-high",
+            draco(include_bytes!("../../loading/compression/high.drc")),
+        ),
+        (
+            "draco-low",
+            draco(include_bytes!("../../loading/compression/low.drc")),
+        ),
+        (
+            "draco-sequential",
+            draco(include_bytes!("../../loading/compression/sequential.drc")),
+        ),
         ("meshopt", meshopt()),
         ("odd-nodes", odd_nodes()),
         ("copied", copied()),
@@ -459,6 +470,12 @@ pub fn obj() -> Files {
     for kind in 0..20 {
         kinds += &format!("map_{kind} wall.png\n");
     }
+    // Vertex colours, smoothing groups, opacity from images of several sizes, and what is written otherwise or wrongly.
+    let tolerated = "V 0 0 0 255 0 9\nv 1 0 0 1 2 3\nv 0 1 0 9 9 9 9\nv 1 1 1\nvn nan 0 0\nvt nan\nvt 1 0\nvt 0 1\ns 1\n\
+        usemtl Material #1\nf 1/1/1 2/2 3/3\nf 2/1 3/2 4/3\ns 2\no next\nusemtl B\nf 1/1 3/2 4/3\ns off\nusemtl c\n\
+        f 4/1 2/2 1/3\nmtllib SCENE.OBJ\nNEWMTL Material #1\nKd x\nKe -1 2 1e30\nd 0\nTr 0\nmap_d wall.png\nmap_Kd small.webp\n\
+        newmtl b\nd 0\nmap_d small.webp\nmap_Kd small.webp\nmap_Bump -bm 2 normal.png\nPc 1\n\
+        newmtl c\nmap_d wall.jpg\nmap_Kd textures\nPr 2\n# end \\\nfoo 1\n";
     let mut latin = lines.as_bytes().to_vec();
     latin.extend(b"g caf\xe9\nf 3 2 1\n");
     vec![
@@ -468,5 +485,6 @@ pub fn obj() -> Files {
         ("latin.obj".into(), latin),
         ("names.obj".into(), names.into()),
         ("kinds.obj".into(), kinds.into()),
+        ("tolerated.obj".into(), tolerated.into()),
     ]
 }

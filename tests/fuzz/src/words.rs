@@ -15,6 +15,7 @@ pub const GLTF_KEYS: &str = r"
     KHR_materials_specular KHR_materials_unlit KHR_mesh_quantization KHR_texture_transform EXT_mesh_gpu_instancing
     TRANSLATION ROTATION SCALE xmag ymag KHR_materials_variants variants mappings KHR_node_visibility visible MSFT_lod ids
     KHR_draco_mesh_compression EXT_meshopt_compression KHR_meshopt_compression filter fallback
+    EXT_lights_image_based specularImages specularImageSize irradianceCoefficients
 ";
 
 /// Texts that are values of glTF.
@@ -30,6 +31,7 @@ pub const GLTF_TEXTS: &str = r"
 pub const OBJ: &str = r"
     v vn vt vp f fo o g usemtl mtllib scene.obj p l curv surf s newmtl Kd Ke Pr Pm d Tr -halo map_Kd map_Ke map_Pr
     map_Pm norm map_Bump bump refl map_d map_Ks Ps Pc aniso off KD NEWMTL foo -q -s -o -t -mm -bm -boost -clamp on -blendu -blendv off -cc -imfchan r -type sphere
+    Material #1 WALL.PNG normal.png disp decal Ka Tf illum spectral xyz
     -texres 4 wall.png wall.jpg small.webp 1/1/1 1//1 -1/-1/-1 -1 nan inf 1e38 1e-45 \ #
 ";
 

@@ -112,8 +112,10 @@ fn draco_data_precede_fallbacks_strips_and_counts() {
         accessor["bufferView"] = 0.into();
         accessor["byteOffset"] = 4096.into();
     }
-    file.primitive()["mode"] = 5.into();
-    check_triangles(&load(&file).meshes[0], STREAMS[0].2, 1);
+    for mode in [5, 6] {
+        file.primitive()["mode"] = mode.into();
+        check_triangles(&load(&file).meshes[0], STREAMS[0].2, 1);
+    }
     // The data may have attributes that the primitive does not state.
     let mut file = high();
     let attributes = &mut compression(&mut file)["attributes"];
@@ -122,12 +124,16 @@ fn draco_data_precede_fallbacks_strips_and_counts() {
     file.primitive()["attributes"] = json!({ "POSITION": positions });
     file.json["materials"] = json!([{}]);
     check_triangles(&load(&file).meshes[0], STREAMS[0].2, 1);
-    // The data decide how many vertices there are.
-    let file = high().with(|json| {
-        let positions = json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].clone();
-        json["accessors"][positions.as_u64().unwrap() as usize]["count"] = 19.into();
-    });
-    check_triangles(&load(&file).meshes[0], STREAMS[0].2, 1);
+    // The data decide how many vertices there are, but not without a limit.
+    let stating = |count: u32| {
+        high().with(|json| {
+            let positions = json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].clone();
+            json["accessors"][positions.as_u64().unwrap() as usize]["count"] = count.into();
+        })
+    };
+    check_triangles(&load(&stating(10)).meshes[0], STREAMS[0].2, 1);
+    let text = refuse(&stating(9));
+    assert!(text.contains("more triangles or vertices than"), "{text}");
 }
 
 #[test]

@@ -82,6 +82,19 @@ fn wrong_ktx2_images_are_one_clear_line() {
     }
 }
 
+/// Other formats of Basis Universal, whose decoders allocate what the file states: here XUASTC, by the scheme of compression,
+/// the global data of one image and the colour model.
+#[test]
+fn other_formats_of_basis_universal_are_not_decoded() {
+    let mut bytes = IMAGES[2].1.to_vec();
+    for (at, value) in [(44, 5), (64, 0), (72, 12), (96, 0)] {
+        bytes[at..at + 4].copy_from_slice(&u32::to_le_bytes(value));
+    }
+    bytes[104 + 12] = 169;
+    let text = refuse(&shown(&bytes));
+    assert!(text.contains("neither ETC1S nor UASTC"), "{text}");
+}
+
 #[test]
 fn damaged_ktx2_images_are_refused_or_read() {
     for (_, bytes, _) in IMAGES {

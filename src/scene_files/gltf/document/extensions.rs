@@ -30,6 +30,8 @@ pub struct DocumentExtensions {
     pub lights: Lights,
     #[serde(rename = "KHR_materials_variants")]
     pub variants: Variants,
+    #[serde(rename = "EXT_lights_image_based")]
+    pub image_based: ImageBasedLights,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -59,6 +61,7 @@ pub struct Light {
     pub intensity: f32,
     pub range: Option<f64>,
     pub spot: Spot,
+    pub extras: serde_json::Value,
 }
 
 impl Default for Light {
@@ -70,6 +73,46 @@ impl Default for Light {
             intensity: 1.0,
             range: None,
             spot: Spot::default(),
+            extras: serde_json::Value::Null,
+        }
+    }
+}
+
+/// The extensions of a `scene` of the document.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct SceneExtensions {
+    #[serde(rename = "EXT_lights_image_based")]
+    pub image_based: Option<NodeLight>,
+}
+
+/// The extension `EXT_lights_image_based` of the document. A scene names one of its lights.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct ImageBasedLights {
+    pub lights: Vec<ImageBasedLight>,
+}
+
+/// An image-based light: a cube map of radiance, with a rotation and a factor. Its other members follow from the cube map and
+/// are not read.
+#[derive(Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct ImageBasedLight {
+    pub name: String,
+    pub rotation: [f64; 4],
+    pub intensity: f32,
+    /// The levels of the cube map, of which the first is the sharpest. Each has the images of its faces, by their indices in
+    /// the document.
+    pub specular_images: Vec<Vec<u64>>,
+}
+
+impl Default for ImageBasedLight {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            intensity: 1.0,
+            specular_images: Vec::new(),
         }
     }
 }

@@ -186,9 +186,9 @@ impl Default for Ior {
 #[serde(default, rename_all = "camelCase")]
 pub struct Specular {
     pub specular_factor: f32,
-    pub specular_texture: Option<IgnoredAny>,
+    pub specular_texture: Option<TextureInfo>,
     pub specular_color_factor: [f32; 3],
-    pub specular_color_texture: Option<IgnoredAny>,
+    pub specular_color_texture: Option<TextureInfo>,
 }
 
 impl Default for Specular {
@@ -259,6 +259,7 @@ pub struct Asset {
 #[serde(default)]
 pub struct Roots {
     pub nodes: Vec<u64>,
+    pub extensions: SceneExtensions,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -1,0 +1,191 @@
+//! Tests that resampling agrees with path tracing on features of materials that no generated scene has. Each scene is written
+//! as glTF, and a study decides.
+
+mod support;
+
+use glam::{Affine2, DVec3, Vec2, Vec3};
+use headwater::scene::{AlphaMode, Image, Material, Scene, Texture};
+use headwater::scene_files::export;
+use std::process::Command;
+use support::{add, planted, quad, said};
+
+/// Runs a study of two presets on a scene, with changed shaders: (file, text, replacement). Returns true if it proves that
+/// both are unbiased, and its output.
+fn study(scene: &Scene, bounces: u32, changes: &[(&str, &str, &str)]) -> (bool, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, plan, shaders] = ["scene.glb", "plan.toml", "glsl"].map(|n| folder.path().join(n));
+    export::write_glb(scene, &file).unwrap();
+    let text = format!(
+        r#"
+scenes = ["{}"]
+width = 40
+frames = 3
+seeds = 64
+most_seeds = 512
+bounces = {bounces}
+reference_spp = 4096
+[[configurations]]
+name = "accurate"
+preset = "accurate"
+[[configurations]]
+name = "fast"
+preset = "fast"
+"#,
+        file.display()
+    );
+    std::fs::write(&plan, text).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_headwater"));
+    command.args(["study", "--plan"]).arg(&plan);
+    command.arg("-o").arg(folder.path().join("results"));
+    // The validation layers keep something of every submission.
+    command.env_remove("HEADWATER_VALIDATION");
+    if !changes.is_empty() {
+        planted(&shaders, changes);
+        command.env("HEADWATER_GLSL", &shaders);
+    }
+    let output = command.output().unwrap();
+    let said = said(&output);
+    println!("{said}");
+    (output.status.success() && !said.contains("undecided"), said)
+}
+
+fn assert_unbiased(scene: &Scene, bounces: u32) {
+    let (passes, said) = study(scene, bounces, &[]);
+    assert!(passes, "{said}");
+}
+
+fn assert_biased(scene: &Scene, bounces: u32, fault: (&str, &str, &str)) {
+    let (passes, said) = study(scene, bounces, &[fault]);
+    assert!(!passes && said.contains("should be unbiased"), "{said}");
+}
+
+/// A black, glossy floor and a white wall behind it, in front of the camera, with texture coordinates from 0 to 1. The first
+/// material is that of the floor.
+fn room(floor: Material) -> Scene {
+    let mut scene = Scene::default();
+    let laid = |mesh: &mut headwater::scene::Mesh| {
+        let positions = mesh.positions.iter();
+        mesh.uvs[0] = positions.map(|p| Vec2::new(p.x, p.z) / 4.0 + 0.5).collect();
+    };
+    let tiles = quad(Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::NEG_Z * 4.0);
+    laid(add(&mut scene, &floor, &tiles));
+    let wall = quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::X * 4.0, Vec3::Y * 3.0);
+    add(
+        &mut scene,
+        &Material::lambert("wall", Vec3::splat(0.7)),
+        &wall,
+    );
+    let mut camera = support::look_at(
+        DVec3::new(0.0, 2.0, 5.0),
+        DVec3::new(0.0, 0.6, 0.0),
+        DVec3::Y,
+        0.8,
+    );
+    camera.aspect_ratio = Some(1.0);
+    scene.cameras = vec![camera];
+    scene
+}
+
+/// A floor that reflects by its specular lobe alone, whose strength and colour differ from tile to tile, under an emitter.
+fn specular_floor() -> Scene {
+    let texture = Texture {
+        transform: Affine2::from_scale(Vec2::splat(3.0)),
+        ..Texture::plain(0)
+    };
+    let mut scene = room(Material {
+        base_color: Vec3::ZERO,
+        metallic: 0.0,
+        roughness: 0.35,
+        specular_color: Vec3::splat(12.0),
+        specular_texture: Some(texture),
+        specular_color_texture: Some(texture),
+        ..Material::default()
+    });
+    let texels = (0..16_u32).map(|i| [i * 53 % 256, i * 91 % 256, 255 - i * 16, i * 117 % 256]);
+    scene.images = vec![Image {
+        name: "tiles".into(),
+        width: 4,
+        height: 4,
+        texels: texels.map(|texel| texel.map(|value| value as u8)).collect(),
+    }];
+    let lamp = Material {
+        emission: Vec3::splat(8.0),
+        ..Material::lambert("lamp", Vec3::ZERO)
+    };
+    let corner = Vec3::new(-0.7, 2.0, -0.9);
+    add(
+        &mut scene,
+        &lamp,
+        &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8),
+    );
+    scene
+}
+
+/// A glossy floor and a mirror on the wall, under an emitter that covers four tenths and hides a part of a brighter one.
+fn blended_lamps() -> Scene {
+    let mut scene = room(Material {
+        roughness: 0.3,
+        base_color: Vec3::splat(0.6),
+        ..Material::default()
+    });
+    let mirror = Material {
+        roughness: 0.0,
+        ..Material::default()
+    };
+    let corner = Vec3::new(-1.5, 0.5, -1.9);
+    add(
+        &mut scene,
+        &mirror,
+        &quad(corner, Vec3::X * 1.2, Vec3::Y * 1.5),
+    );
+    for (height, alpha, emission) in [(1.6, 0.4, 4.0), (2.2, 1.0, 8.0)] {
+        let lamp = Material {
+            alpha,
+            alpha_mode: AlphaMode::Blend,
+            emission: Vec3::splat(emission),
+            double_sided: true,
+            ..Material::lambert("lamp", Vec3::splat(0.5))
+        };
+        let corner = Vec3::new(-0.7, height, -0.9);
+        add(
+            &mut scene,
+            &lamp,
+            &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8),
+        );
+    }
+    scene
+}
+
+mod thorough {
+    use super::*;
+
+    #[test]
+    fn blended_emitters_are_unbiased() {
+        assert_unbiased(&blended_lamps(), 3);
+    }
+
+    #[test]
+    fn weights_that_count_rays_which_pass_emitters_are_found() {
+        let fault = (
+            "restir/samples/light_sample.glsl",
+            "if (HAS_BLENDED_LIGHTS &&",
+            "if (false &&",
+        );
+        assert_biased(&blended_lamps(), 1, fault);
+    }
+
+    #[test]
+    fn specular_textures_are_unbiased() {
+        assert_unbiased(&specular_floor(), 2);
+    }
+
+    #[test]
+    fn a_tint_that_is_stored_wrongly_is_found() {
+        let fault = (
+            "restir/sample_data.glsl",
+            "TINT_STEPS, vec3(more.x)",
+            "TINT_STEPS, vec3(0.0)",
+        );
+        assert_biased(&specular_floor(), 1, fault);
+    }
+}
