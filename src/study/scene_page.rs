@@ -140,7 +140,8 @@ impl Scene<'_> {
                 command += &format!(" --{option} {}", quoted(value));
             }
         }
-        command += &format!(" --width {width}");
+        // Views of studies have no jitter.
+        command += &format!(" --width {width} --jitter off");
         let clock = configuration.clock;
         if clock.start_time != 0.0 {
             command += &format!(" --start-time {}", clock.start_time);
