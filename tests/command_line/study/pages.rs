@@ -145,7 +145,7 @@ fn pages_have_the_names_numbers_and_pictures_of_the_study() {
             let point = points.iter().find(|point| point["name"] == name).unwrap();
             point["command"].as_str().unwrap().to_owned()
         };
-        let wanted = "--preset fast --set direct.light_samples=3 --bounces 2 --width 24 --frames 2";
+        let wanted = "--preset fast --set direct.light_samples=3 --bounces 2 --width 24 --jitter off --frames 2";
         assert!(command("fast").contains(wanted), "{}", command("fast"));
         assert!(command("path tracing").contains("--preset path-tracing "));
         assert!(command("path tracing").contains("--accumulate"));
