@@ -22,7 +22,7 @@ pub(super) fn check(args: &ViewArgs, camera: &Camera) -> Result<()> {
             "--aperture {aperture:?}: the diameter of a lens is a finite number of scene units, 0 or above"
         )));
     }
-    if let Some(focus) = focus.filter(|focus| !(*focus > 0.0)) {
+    if let Some(focus) = focus.filter(|focus| focus.is_nan() || *focus <= 0.0) {
         return Err(Error::input(format!(
             "--focus {focus:?}: the distance must be above 0, in scene units"
         )));
