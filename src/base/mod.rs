@@ -15,4 +15,5 @@ pub mod progress;
 pub(crate) mod random;
 pub(crate) mod shell_word;
 pub(crate) mod short_hash;
+pub(crate) mod timed;
 pub mod toml_text;

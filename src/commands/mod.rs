@@ -47,7 +47,7 @@ use std::sync::Arc;
 #[command(name = "headwater", version, about, max_term_width = 100)]
 struct Cli {
     /// Print on stderr what the program chooses and why, such as the device and the tracer, what the scene requires, and the
-    /// times of the passes
+    /// times of loading and of the passes
     #[arg(short, long, global = true)]
     verbose: bool,
     #[command(subcommand)]

@@ -10,11 +10,13 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::{build_cwbvh, build_cwbvh_from_tris};
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::cwbvh::node::CwBvhNode;
+use obvhs::ploc::PlocBuilder;
 use obvhs::triangle::Triangle;
+use rayon::prelude::*;
 use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 use std::time::Duration;
 
@@ -65,34 +67,40 @@ const INSTANCES: BvhBuildParams = BvhBuildParams {
 const MAX_EQUAL_BOXES: usize = 1000;
 
 impl Tree {
-    /// Builds the tree over the triangles of a mesh. `corners` lists the three corner positions of each triangle. Without
+    /// Builds the tree over the `count` triangles of a mesh; `corners` returns the three corner positions of a triangle. Without
     /// triangles, the tree is a root without children.
-    pub fn over_triangles(corners: &[[Vec3; 3]]) -> Self {
-        let boxes: Vec<Aabb> = corners
-            .iter()
-            .map(|[a, b, c]| Aabb {
-                min: a.min(*b).min(*c).into(),
-                max: a.max(*b).max(*c).into(),
-            })
-            .collect();
+    pub fn over_triangles(count: usize, corners: impl Fn(usize) -> [Vec3; 3] + Sync) -> Self {
+        if count == 0 {
+            return Self::empty();
+        }
+        let triangles = (0..count).into_par_iter().map(|index| {
+            let [v0, v1, v2] = corners(index).map(Into::into);
+            Triangle { v0, v1, v2 }.aabb()
+        });
+        Self::over(triangles.collect(), TRIANGLES)
+    }
+
+    /// Builds the tree over `boxes`, of which there is at least one.
+    fn over(boxes: Vec<Aabb>, options: BvhBuildParams) -> Self {
         if many_are_equal(&boxes) {
             return Self::balanced(&boxes);
         }
-        let triangles: Vec<Triangle> = corners
-            .iter()
-            .map(|[a, b, c]| Triangle {
-                v0: (*a).into(),
-                v1: (*b).into(),
-                v2: (*c).into(),
-            })
-            .collect();
-        if triangles.is_empty() {
-            return Self::empty();
-        }
-        Self::from_built(build_cwbvh_from_tris(
-            &triangles,
-            TRIANGLES,
-            &mut Duration::default(),
+        let mut binary = PlocBuilder::with_capacity(boxes.len()).build(
+            options.ploc_search_distance,
+            &boxes,
+            (0..boxes.len() as u32).collect(),
+            options.sort_precision,
+            options.search_depth_threshold,
+        );
+        // What follows takes the most memory, and not the boxes.
+        drop(boxes);
+        let ratio = options.reinsertion_batch_ratio;
+        ReinsertionOptimizer::default().run(&mut binary, ratio, None);
+        Self::from_built(bvh2_to_cwbvh(
+            &binary,
+            options.max_prims_per_leaf,
+            true,
+            false,
         ))
     }
 
@@ -102,11 +110,7 @@ impl Tree {
         if boxes.is_empty() {
             return Self::empty();
         }
-        let boxes = aabbs(boxes);
-        if many_are_equal(&boxes) {
-            return Self::balanced(&boxes);
-        }
-        Self::from_built(build_cwbvh(&boxes, INSTANCES, &mut Duration::default()))
+        Self::over(aabbs(boxes), INSTANCES)
     }
 
     /// Builds the tree over boxes (smallest corner, largest corner) with at most `max_depth` levels of inner nodes, because
@@ -205,8 +209,8 @@ pub fn binary_tree(boxes: &[(Vec3, Vec3)]) -> Vec<BinaryNode> {
             stack.extend([(0, node_index), (first + 1, NONE), (first, NONE)]);
         }
         nodes.push(BinaryNode {
-            low: node.aabb.min.into(),
-            high: node.aabb.max.into(),
+            low: node.aabb().min.into(),
+            high: node.aabb().max.into(),
             next: node_index + 1,
             primitive,
         });
@@ -222,11 +226,11 @@ fn many_are_equal(boxes: &[Aabb]) -> bool {
     }
     let hasher = BuildHasherDefault::<DefaultHasher>::default();
     let mut hashes: Vec<u64> = boxes
-        .iter()
+        .par_iter()
         .map(|around| [around.min, around.max].map(|corner| corner.to_array().map(f32::to_bits)))
         .map(|bits| hasher.hash_one(bits))
         .collect();
-    hashes.sort_unstable();
+    hashes.par_sort_unstable();
     let mut pairs = hashes.iter().zip(&hashes[MAX_EQUAL_BOXES..]);
     pairs.any(|(first, last)| first == last)
 }
@@ -334,6 +338,33 @@ mod tests {
         }
     }
 
+    /// The builder works in parallel from thousands of triangles on, and in further steps from half a million on.
+    #[test]
+    fn a_tree_is_the_same_with_any_number_of_threads() {
+        let mut random = crate::base::random::Random::new(7);
+        let mut point = |size: f32| {
+            let mut unit = || random.index(1 << 20) as f32 / (1 << 20) as f32;
+            Vec3::new(unit(), unit(), unit()) * size
+        };
+        let corners: Vec<[Vec3; 3]> = (0..510_000)
+            .map(|_| {
+                let at = point(100.0);
+                [at, at + point(1.0), at + point(1.0)]
+            })
+            .collect();
+        let built = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let build = || Tree::over_triangles(corners.len(), |index| corners[index]);
+            pool.build().unwrap().install(build)
+        };
+        let expected = built(1);
+        for threads in [2, 5] {
+            let tree = built(threads);
+            let bytes = |tree: &Tree| bytemuck::cast_slice::<_, u8>(&tree.nodes).to_vec();
+            assert!(bytes(&tree) == bytes(&expected) && tree.order == expected.order);
+        }
+    }
+
     /// A million equal boxes must be built by halving, since the library's builder would take hours.
     #[test]
     fn a_million_equal_triangles_have_a_tree() {
@@ -341,7 +372,10 @@ mod tests {
         corners.push([Vec3::Z, Vec3::X, Vec3::Y]);
         let boxes: Vec<(Vec3, Vec3)> = vec![(Vec3::ZERO, Vec3::ONE); 1_000_000];
         for (tree, count) in [
-            (Tree::over_triangles(&corners), corners.len()),
+            (
+                Tree::over_triangles(corners.len(), |index| corners[index]),
+                corners.len(),
+            ),
             (Tree::over_boxes(&boxes), boxes.len()),
         ] {
             let mut order = tree.order.clone();

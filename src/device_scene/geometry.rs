@@ -10,6 +10,7 @@ use crate::scene::{AlphaMode, Material, Mesh};
 use crate::shader_interface::NONE;
 use glam::{DAffine3, DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
+use rayon::prelude::*;
 
 /// The indices at which the data of one mesh begin in the arrays of [`Geometry`], with the properties of the mesh that all
 /// its instances share. Each instance on the device gets a copy of the indices, with which shaders find the data of a
@@ -143,14 +144,11 @@ impl Geometry {
         };
         let unit = unit_of(extent);
         let stored = |position: Vec3| (position - centre) / unit;
-        let corners: Vec<[Vec3; 3]> = mesh
-            .triangles
-            .iter()
-            .map(|t| t.map(|i| stored(mesh.positions[i as usize])))
-            .collect();
+        let triangles = &mesh.triangles;
+        let corners = |t: usize| triangles[t].map(|i| stored(mesh.positions[i as usize]));
         let mut offsets = MeshOffsets {
             first_triangle: self.positions.len() as u32,
-            triangle_count: corners.len() as u32,
+            triangle_count: triangles.len() as u32,
             first_normal: NONE,
             first_uvs: UVec2::splat(NONE),
             first_color: NONE,
@@ -165,24 +163,23 @@ impl Geometry {
             bounds: (stored(low), stored(high)),
         };
         let order: Vec<u32> = if trees {
-            let tree = Tree::over_triangles(&corners);
+            let tree = Tree::over_triangles(triangles.len(), corners);
             offsets.root_node = self.nodes.len() as u32;
             self.nodes
                 .extend(tree.placed(offsets.root_node, offsets.first_triangle));
             self.depth = self.depth.max(tree.depth);
             tree.order
         } else {
-            (0..corners.len() as u32).collect()
+            (0..triangles.len() as u32).collect()
         };
-        self.positions
-            .extend(order.iter().map(|&t| corners[t as usize]));
+        let ordered = || order.par_iter().map(|&t| t as usize);
+        self.positions.par_extend(ordered().map(corners));
         if !mesh.normals.is_empty() {
             offsets.first_normal = self.corner_directions.len() as u32;
-            self.corner_directions.extend(order.iter().map(|&t| {
-                UVec3::from_array(
-                    mesh.triangles[t as usize].map(|i| pack_octahedral(mesh.normals[i as usize])),
-                )
-            }));
+            let corners =
+                |t: usize| triangles[t].map(|i| pack_octahedral(mesh.normals[i as usize]));
+            self.corner_directions
+                .par_extend(ordered().map(corners).map(UVec3::from_array));
         }
         for (set, uvs) in mesh
             .uvs
@@ -191,23 +188,19 @@ impl Geometry {
             .filter(|(_, uvs)| !uvs.is_empty())
         {
             offsets.first_uvs[set] = self.uvs.len() as u32;
-            let corners = |&t: &u32| mesh.triangles[t as usize].map(|i| uvs[i as usize]);
-            self.uvs.extend(order.iter().map(corners));
+            let corners = |t: usize| triangles[t].map(|i| uvs[i as usize]);
+            self.uvs.par_extend(ordered().map(corners));
         }
         if !mesh.colors.is_empty() {
             offsets.first_color = self.colors.len() as u32;
-            let corners =
-                |&t: &u32| mesh.triangles[t as usize].map(|i| pack_color(mesh.colors[i as usize]));
-            self.colors.extend(order.iter().map(corners));
+            let corners = |t: usize| triangles[t].map(|i| pack_color(mesh.colors[i as usize]));
+            self.colors.par_extend(ordered().map(corners));
         }
         if !mesh.tangents.is_empty() {
             offsets.first_tangent = self.corner_directions.len() as u32;
-            let corners = |&t: &u32| {
-                let packed =
-                    mesh.triangles[t as usize].map(|i| pack_tangent(mesh.tangents[i as usize]));
-                UVec3::from_array(packed)
-            };
-            self.corner_directions.extend(order.iter().map(corners));
+            let corners = |t: usize| triangles[t].map(|i| pack_tangent(mesh.tangents[i as usize]));
+            self.corner_directions
+                .par_extend(ordered().map(corners).map(UVec3::from_array));
         }
         if mesh.parts.len() > 1
             || !part_ids.is_empty()
@@ -215,7 +208,7 @@ impl Geometry {
         {
             // The rank counts emissive triangles in the mesh's own order, which no tracer changes:
             // so a light keeps its index, and random numbers select the same light with both.
-            let mut of_triangle = vec![UVec3::new(0, NONE, 0); corners.len()];
+            let mut of_triangle = vec![UVec3::new(0, NONE, 0); triangles.len()];
             for (index, part) in mesh.parts.iter().enumerate() {
                 for triangle in part.range() {
                     let entry = &mut of_triangle[triangle as usize];
@@ -228,8 +221,7 @@ impl Geometry {
                 }
             }
             offsets.first_part = self.parts.len() as u32;
-            self.parts
-                .extend(order.iter().map(|&t| of_triangle[t as usize]));
+            self.parts.par_extend(ordered().map(|t| of_triangle[t]));
         }
         self.order.extend(order);
         self.meshes.push(offsets);

@@ -18,6 +18,7 @@ use super::sizes::{SceneSizes, check_buffer};
 use super::surface_points::{SurfacePoint, surface_points};
 use super::units::Units;
 use crate::Result;
+use crate::base::timed::timed;
 use crate::gpu::{ComputePass, Device, Offers, Resource, SampledImage};
 use crate::scene::Scene;
 use crate::scene::motion::Pose;
@@ -98,8 +99,8 @@ impl GpuScene {
         SceneSizes::of(scene).check(&device.info, variant)?;
         let trees = variant.tracer == Tracer::ComputeBvh;
         let units = Units::of(scene, origin);
-        let traced = merge_static(scene, origin);
-        let geometry = Geometry::new(&traced, trees);
+        let traced = timed("merging static meshes", || merge_static(scene, origin));
+        let geometry = timed("building trees", || Geometry::new(&traced, trees));
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
         let mut poser = ScenePoser::new(&traced, &geometry, units, trees);
         let start = motion.map_or_else(Pose::default, |motion| motion.pose(0.0));
@@ -162,7 +163,9 @@ impl GpuScene {
                 EnvironmentTexels::of(environment, &units)
             }),
         );
-        let buffers = SceneBuffers::new(device, &contents, &counts, variant)?;
+        let buffers = timed("uploading the scene", || {
+            SceneBuffers::new(device, &contents, &counts, variant)
+        })?;
         let images = match variant.textures {
             Textures::Buffer => Vec::new(),
             Textures::Images => images::upload(device, scene)?,

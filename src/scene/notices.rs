@@ -39,6 +39,13 @@ impl Tally {
         }
     }
 
+    /// Adds all notices of `other`, as if they had been added here one after another.
+    pub fn append(&mut self, other: Self) {
+        for Kind { what, first, count } in other.kinds {
+            self.add_many(&what, count, || first);
+        }
+    }
+
     /// One line per text of a notice, in the order of their first occurrence. The line contains the text, the name of the
     /// element at the first occurrence and, if there were several occurrences, their number.
     pub fn into_lines(self) -> impl Iterator<Item = String> {

@@ -8,12 +8,13 @@ pub(crate) mod punctual;
 pub use cameras::check_camera;
 
 use super::notices::{Tally, label};
-use super::{Bounds, Instance, Mesh, Scene};
+use super::{Bounds, Instance, Material, Mesh, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, Vec3};
 use materials::{check_image, check_material, check_textures};
 use meshes::check_mesh;
 use punctual::check_punctual;
+use rayon::prelude::*;
 
 /// The largest absolute coordinate that a scene may have in the world, in scene units. Scenes beyond it are refused, because
 /// the squares of far larger distances overflow f32.
@@ -69,6 +70,24 @@ pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
     color.cmpge(Vec3::ZERO).all() && color.cmple(Vec3::splat(limit)).all()
 }
 
+impl Mesh {
+    /// Checks and repairs a mesh, and makes its tangents. `index` is its index in the scene. Returns the notices about it;
+    /// fails as [`check_mesh`] does. Meshes are independent of each other, so they are checked in parallel.
+    fn checked(&mut self, index: usize, materials: &[Material]) -> Result<Tally> {
+        let mut tally = Tally::default();
+        check_mesh(index, self, materials)?;
+        if is_coarse(self) {
+            tally.add(
+                "meshes are so far from their origin that f32 holds their vertices coarsely; move the mesh there, and its node back",
+                || label("mesh", index, &self.name),
+            );
+        }
+        self.repair(index, &mut tally);
+        self.make_tangents(materials);
+        Ok(tally)
+    }
+}
+
 impl Scene {
     /// Checks the scene and repairs small faults: clamps base colours and vertex colours to [0, 1], makes normals and
     /// tangents unit vectors, computes missing ones, and removes triangles without area, unused vertices, flat instances
@@ -98,16 +117,12 @@ impl Scene {
         for (index, image) in self.images.iter().enumerate() {
             check_image(index, image)?;
         }
-        for (index, mesh) in self.meshes.iter_mut().enumerate() {
-            check_mesh(index, mesh, &self.materials)?;
-            if is_coarse(mesh) {
-                tally.add(
-                    "meshes are so far from their origin that f32 holds their vertices coarsely; move the mesh there, and its node back",
-                    || label("mesh", index, &mesh.name),
-                );
-            }
-            mesh.repair(index, &mut tally);
-            mesh.make_tangents(&self.materials);
+        let meshes = self.meshes.par_iter_mut().enumerate();
+        let noticed: Vec<Result<Tally>> = meshes
+            .map(|(index, mesh)| mesh.checked(index, &self.materials))
+            .collect();
+        for of_mesh in noticed {
+            tally.append(of_mesh?);
         }
         self.check_instances(&mut tally)?;
         self.drop_empty_meshes(&mut tally);
@@ -251,8 +266,8 @@ pub(super) fn is_singular(matrix: DMat3) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Part;
     use super::super::camera::{Projection, look_at};
-    use super::super::{Material, Part};
     use super::*;
     use glam::{DVec3, Vec3};
 

@@ -131,15 +131,18 @@ pub(super) fn decode(
 }
 
 /// The number of images in the next batch, whose images are decoded in parallel. `sizes` is the number of texels of each
-/// image that is not decoded yet, in their order. A batch has at least one image and at most one per thread, and at most
-/// [`TEXELS_AT_ONCE`] texels.
+/// image that is not decoded yet, in their order. A batch has at least one image and at most four per thread, so that threads
+/// seldom wait for the slowest image, and at most [`TEXELS_AT_ONCE`] texels.
 fn batch_length(sizes: &[u64]) -> usize {
     let mut texels = 0;
     let fitting = sizes.iter().take_while(|size| {
         texels += **size;
         texels <= TEXELS_AT_ONCE
     });
-    fitting.take(rayon::current_num_threads()).count().max(1)
+    fitting
+        .take(4 * rayon::current_num_threads())
+        .count()
+        .max(1)
 }
 
 impl Encoded<'_> {
@@ -250,6 +253,10 @@ impl Encoded<'_> {
                 .pixels()
                 .flat_map(|texel| Image::entries(texel.0))
                 .collect()
+        } else if let DynamicImage::ImageRgb8(rgb) = &decoded {
+            // The most common form, for which the library would make two copies.
+            let (texels, _) = rgb.as_raw().as_chunks();
+            texels.iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect()
         } else {
             bytemuck::cast_slice(decoded.into_rgba8().as_raw()).into()
         };
@@ -340,7 +347,7 @@ mod tests {
         assert_eq!(batch_length(&[1, largest, 1]), 1);
         assert_eq!(batch_length(&[1]), 1);
         let threads = rayon::current_num_threads();
-        assert_eq!(batch_length(&vec![1; threads + 1]), threads);
+        assert_eq!(batch_length(&vec![1; 4 * threads + 1]), 4 * threads);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::progress::{Progress, Watch, Watched};
 use super::scene_folder::SceneFolder;
 use super::{Options, gltf, obj};
+use crate::base::timed::timed;
 use crate::base::{input_files, memory};
 use crate::scene::Scene;
 use crate::scene::notices::quoted;
@@ -44,7 +45,7 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
         .map(|extension| extension.to_string_lossy().to_lowercase());
     let folder = SceneFolder::new(path.parent().unwrap_or(Path::new("")), &options);
     let mut progress = Progress::new(watch);
-    let scene = match extension.as_deref() {
+    let scene = timed("reading the scene", || match extension.as_deref() {
         Some("gltf" | "glb") => read_whole(path, &mut progress).and_then(|bytes| {
             if extension.as_deref() == Some("glb") && !bytes.starts_with(b"glTF") {
                 return Err(Error::input(
@@ -61,11 +62,11 @@ pub fn load_watched(path: &Path, options: Options, watch: &mut Watch<'_>) -> Res
         _ => Err(Error::input(
             "is not a scene file; give a .gltf, .glb or .obj file",
         )),
-    };
+    });
     scene
         .and_then(|mut scene| {
             check_variant(&scene.material_variants, &options)?;
-            scene.validate()?;
+            timed("checking the scene", || scene.validate())?;
             Ok(finished(scene, path))
         })
         .map_err(|error| match error {

@@ -26,4 +26,5 @@ mod progress;
 #[path = "../support/mod.rs"]
 mod support;
 mod textures;
+mod threads;
 mod tolerance;

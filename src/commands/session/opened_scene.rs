@@ -3,6 +3,7 @@
 use super::cameras::choose_camera;
 use super::lens;
 use crate::Result;
+use crate::base::timed::timed;
 use crate::commands::arguments::ViewArgs;
 use crate::commands::choices::{JitterArg, TexturesArg};
 use crate::commands::interrupt::Interrupt;
@@ -124,7 +125,7 @@ impl OpenedScene {
         }
         let moves = scene.motion.is_some();
         let diagonal = scene.bounds().map_or(0.0, |bounds| bounds.size().length());
-        let scene_hash = scene.content_hash();
+        let scene_hash = timed("hashing the scene", || scene.content_hash());
         // What does not shine now may do so at another time: as long as the scene still moves, that is known.
         let times = shown.frames.clone().map(|frame| clock.time(frame));
         let black = scene.why_black(shown.scatters, times);

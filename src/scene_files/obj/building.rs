@@ -4,6 +4,7 @@
 use super::colors::VertexColors;
 use super::smoothing;
 use crate::scene::{Mesh, Part};
+use foldhash::fast::RandomState;
 use glam::{Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
@@ -36,8 +37,8 @@ pub struct Attributes {
 #[derive(Default)]
 pub struct Building {
     pub mesh: Mesh,
-    /// Maps each corner that occurred so far to the index of its vertex in the mesh, so that equal corners share a vertex.
-    vertices: HashMap<Corner, u32>,
+    /// The corners that occurred so far, so that equal corners share a vertex.
+    vertices: Vertices,
     /// True if some corner has a normal of the file.
     pub has_stated_normals: bool,
     pub has_coordinates: bool,
@@ -46,31 +47,86 @@ pub struct Building {
     pub smooth: Vec<(u32, u32)>,
 }
 
+/// Finds the vertex of a corner. Most positions have one vertex, which a table finds without a hash.
+#[derive(Default)]
+struct Vertices {
+    /// For each vertex of the mesh, the corner from which it was made.
+    corners: Vec<Corner>,
+    /// For a position of the file, the first vertex of the mesh there. An entry counts only if that vertex has this position,
+    /// because entries of earlier meshes stay.
+    first: Vec<u32>,
+    /// Maps each corner that is not the first one of its position to its vertex.
+    others: HashMap<Corner, u32, RandomState>,
+}
+
+impl Vertices {
+    /// The vertex of a corner. If there is none, it is the next vertex of the mesh, and the second value is true.
+    fn find_or_add(&mut self, corner: Corner) -> (u32, bool) {
+        let next = self.corners.len() as u32;
+        let position = corner.position as usize;
+        if position >= self.first.len() {
+            self.first.resize(position + 1, 0);
+        }
+        let first = &mut self.first[position];
+        let vertex = match self.corners.get(*first as usize) {
+            Some(found) if *found == corner => *first,
+            Some(found) if found.position == corner.position => {
+                *self.others.entry(corner).or_insert(next)
+            }
+            _ => {
+                *first = next;
+                next
+            }
+        };
+        if vertex == next {
+            self.corners.push(corner);
+        }
+        (vertex, vertex == next)
+    }
+}
+
 impl Building {
+    /// An empty mesh after this one, which reuses the memory for finding vertices.
+    pub fn next(&mut self) -> Self {
+        let vertices = Vertices {
+            first: std::mem::take(&mut self.vertices.first),
+            ..Vertices::default()
+        };
+        Self {
+            vertices,
+            ..Self::default()
+        }
+    }
+
     /// Returns the index, in the mesh, of the vertex of a corner. If no equal corner was used before, a new vertex is added.
     /// `position` is the corner's position relative to the mesh's origin.
     pub fn vertex(&mut self, corner: Corner, position: Vec3, attributes: &Attributes) -> u32 {
+        let (vertex, is_new) = self.vertices.find_or_add(corner);
+        if is_new {
+            self.add_vertex(corner, position, attributes);
+        }
+        vertex
+    }
+
+    fn add_vertex(&mut self, corner: Corner, position: Vec3, attributes: &Attributes) {
         let Self { mesh, smooth, .. } = self;
-        *self.vertices.entry(corner).or_insert_with(|| {
-            let vertex = mesh.positions.len();
-            if let Some(at) = attributes.coordinates.get(corner.coordinates as usize) {
-                mesh.uvs[0].resize(vertex, Vec2::ZERO);
-                // In OBJ, v points up.
-                mesh.uvs[0].push(Vec2::new(at.x, 1.0 - at.y));
-            }
-            if let Some(color) = attributes.colors.of(corner.position) {
-                mesh.colors.resize(vertex, Vec4::NAN);
-                mesh.colors.push(color);
-            }
-            if let Some(index) = smoothing::index_of(corner.normal) {
-                smooth.push((vertex as u32, index));
-            }
-            mesh.positions.push(position);
-            // A normal of zero length is a missing one: validation makes it geometric.
-            let normal = attributes.normals.get(corner.normal as usize).copied();
-            mesh.normals.push(normal.unwrap_or(Vec3::ZERO));
-            vertex as u32
-        })
+        let vertex = mesh.positions.len();
+        if let Some(at) = attributes.coordinates.get(corner.coordinates as usize) {
+            mesh.uvs[0].resize(vertex, Vec2::ZERO);
+            // In OBJ, v points up.
+            mesh.uvs[0].push(Vec2::new(at.x, 1.0 - at.y));
+        }
+        if let Some(color) = attributes.colors.of(corner.position) {
+            mesh.colors.resize(vertex, Vec4::NAN);
+            mesh.colors.push(color);
+        }
+        if let Some(index) = smoothing::index_of(corner.normal) {
+            smooth.push((vertex as u32, index));
+        }
+        mesh.positions.push(position);
+        // A normal of zero length is a missing one: validation makes it geometric.
+        let normal = attributes.normals.get(corner.normal as usize).copied();
+        mesh.normals.push(normal.unwrap_or(Vec3::ZERO));
     }
 
     pub fn push(&mut self, triangle: [u32; 3], material: u32) {
@@ -118,4 +174,32 @@ pub fn join_parts(mesh: &mut Mesh) {
         }
     }
     mesh.triangles = triangles;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_corners_of_a_mesh_share_a_vertex() {
+        let mut random = crate::base::random::Random::new(5);
+        let mut building = Building::default();
+        for _ in 0..3 {
+            building = building.next();
+            let mut expected = HashMap::new();
+            for _ in 0..1000 {
+                let mut below = |count| random.index(count) as u32;
+                let corner = Corner {
+                    position: below(50),
+                    normal: below(3),
+                    coordinates: below(3),
+                };
+                let next = expected.len() as u32;
+                let vertex = *expected.entry(corner).or_insert(next);
+                let found = building.vertices.find_or_add(corner);
+                assert_eq!(found, (vertex, vertex == next));
+            }
+            assert!(expected.len() > 400);
+        }
+    }
 }

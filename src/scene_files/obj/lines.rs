@@ -7,7 +7,7 @@ use std::io::{self, BufRead, Read};
 /// The maximum length of a statement, in bytes (64 MiB). If backslashes join several lines to one statement, their lengths
 /// are added. A longer statement is an error, because it could fill the memory; files for practical use have much shorter
 /// ones.
-const MAX_BYTES: usize = 64 << 20;
+pub(super) const MAX_BYTES: usize = 64 << 20;
 
 /// The keywords, in lower case, of statements that end with a name, beside those that begin with `map_`.
 const NAMING: [&str; 11] = [
@@ -24,6 +24,7 @@ pub struct Lines<R> {
     text: String,
     /// The keyword of the current statement in lower case. It is used only if the file writes the keyword otherwise.
     lower_case: String,
+    /// The number of lines before the next statement.
     number: usize,
     /// The byte that ends a line: a line feed, or in files of old programs a carriage return.
     line_end: u8,
@@ -56,6 +57,21 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
+    /// Makes a reader for `source`, a part of a file that begins behind the line with the number `number`. `line_end` is the
+    /// byte that ends a line in this file.
+    pub fn continuing(source: R, number: usize, line_end: u8) -> Self {
+        Self {
+            number,
+            line_end,
+            ..Self::new(source)
+        }
+    }
+
+    /// The number of lines read so far, counted from the start of the file.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
     /// The next statement; `None` at the end of the file. Empty lines and comments are skipped. Fails if the statement is
     /// longer than [`MAX_BYTES`], if the file is UTF-16, or if reading the file fails.
     pub fn next(&mut self) -> Result<Option<Line<'_>>> {
@@ -75,10 +91,7 @@ impl<R: BufRead> Lines<R> {
                 let read = source.read_until(self.line_end, &mut self.bytes);
                 let count = read.map_err(|cause| unreadable(cause, self.number))?;
                 if self.bytes.len() > MAX_BYTES {
-                    return Err(Error::input(format!(
-                        "line {}: it has more than {MAX_BYTES} bytes; give an OBJ or MTL file",
-                        self.number + 1
-                    )));
+                    return Err(too_long(self.number + 1));
                 }
                 if count == 0 && self.bytes.is_empty() {
                     return Ok(None);
@@ -153,10 +166,17 @@ fn without_comment(text: &str) -> &str {
 }
 
 /// The error that a file cannot be read behind the line with this number, because of `cause`.
-fn unreadable(cause: io::Error, number: usize) -> Error {
+pub(super) fn unreadable(cause: io::Error, number: usize) -> Error {
     Error::from_io(cause, |cause| {
         Error::input(format!("cannot be read after line {number}: {cause}"))
     })
+}
+
+/// The error that the statement which begins on the line with this number is longer than [`MAX_BYTES`].
+pub(super) fn too_long(number: usize) -> Error {
+    Error::input(format!(
+        "line {number}: it has more than {MAX_BYTES} bytes; give an OBJ or MTL file"
+    ))
 }
 
 /// Removes a UTF-8 byte order mark at the start of `bytes`, the first line of a file. Fails if the line shows that the file
@@ -174,6 +194,16 @@ fn skip_byte_order_mark(bytes: &mut Vec<u8>) -> Result<()> {
 }
 
 impl<'a> Line<'a> {
+    /// The face statement `f` on the line with this number, whose corners were parsed before.
+    pub fn face(number: usize) -> Self {
+        Self {
+            number,
+            keyword: "f",
+            written: "f",
+            rest: "",
+        }
+    }
+
     /// An `mtllib` statement that was read before; `number` and `rest` are those of the statement.
     pub fn material_library(number: usize, rest: &'a str) -> Self {
         Self {

@@ -16,34 +16,37 @@
 //! Each `o` or `g` statement begins a mesh, which has one part for each of its materials. [`super::polygon`] cuts polygons
 //! into triangles, concave ones too. Free-form curves and surfaces are skipped.
 
+mod blocks;
 mod building;
 mod colors;
 mod combine;
+mod faces;
 mod ignored;
 mod libraries;
 mod lines;
 mod map_statements;
 mod maps;
 mod mtl;
+mod plain;
+mod reading;
 mod smoothing;
 
-use super::polygon::triangulate;
-use super::progress::{Progress, Watched};
+use super::progress::Progress;
 use super::scene_folder::SceneFolder;
+use crate::Result;
 use crate::base::memory;
 use crate::scene::notices::{Tally, quoted};
-use crate::scene::{Bounds, Instance, Material, Scene};
-use crate::{Error, Result};
-use building::{Attributes, Building, Corner, MISSING, join_parts};
+use crate::scene::{Instance, Material, Scene};
+use building::{Attributes, Building, Corner, join_parts};
+use faces::{CORNER_BYTES, Index};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use ignored::Ignored;
 use libraries::{MaterialNames, Named};
-use lines::{Line, Lines};
+use lines::Line;
 use mtl::Maps;
-use smoothing::{SMOOTH, Smoothing};
+use smoothing::Smoothing;
 use std::collections::{HashMap, HashSet};
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
 
 /// The base colour, in linear RGB, of faces without a material, and of materials for which the MTL file states no base
 /// colour (`Kd`).
@@ -53,11 +56,6 @@ const GREY: Vec3 = Vec3::splat(0.8);
 /// statement begins a mesh, so the reader checks at each of them that this much memory is free. If it is not, loading ends
 /// with an error.
 const MESH_BYTES: u64 = 1 << 10;
-
-/// The memory that the corners of a face take until the face is cut into triangles, in bytes per byte of its statement.
-/// Before each face the reader checks that this much is free; if it is not, loading ends with an error. A corner takes 96
-/// bytes, and its text has at least two bytes, such as `1` and a space.
-const FACE_RATIO: u64 = 48;
 
 /// Reads an OBJ file and the MTL files in `folder` that it names; `length` is the size of the OBJ file in bytes. Errors name
 /// the line in the file, but not the OBJ file, which the caller adds. The returned scene is not validated yet, and its
@@ -190,32 +188,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads all statements of the OBJ file. Fails if a statement is wrong, or if none belongs to OBJ although there are
-    /// others.
-    fn read(&mut self, mut file: &File, length: u64, progress: &mut Progress<'_>) -> Result<()> {
-        let unreadable = |cause| Error::input(format!("cannot be read: {cause}"));
-        file.rewind().map_err(unreadable)?;
-        let file = file.try_clone().map_err(unreadable)?;
-        let source = Watched::new(file, progress).take(length);
-        let mut lines = Lines::new(BufReader::with_capacity(1 << 16, source));
-        let mut unknown = None;
-        let mut known = false;
-        while let Some(line) = lines.next()? {
-            if self.statement(&line)? {
-                known = true;
-                continue;
-            }
-            if unknown.is_none() {
-                unknown = Some(line.wrong("is not a statement of OBJ; give an OBJ file"));
-            }
-            self.ignored.unknown_keyword(&line, || line.location());
-        }
-        match unknown {
-            Some(error) if !known => Err(error),
-            _ => Ok(()),
-        }
-    }
-
     /// Processes one statement of the OBJ file. Returns true if its keyword belongs to OBJ, even if the reader does not
     /// support it and ignores the statement. Fails if the words after the keyword are wrong, or if there is not enough
     /// memory.
@@ -246,7 +218,10 @@ impl<'a> Reader<'a> {
                     .coordinates
                     .push(Vec2::new(number(), number()));
             }
-            "f" | "fo" => self.face(line)?,
+            "f" | "fo" => {
+                check_memory(line, line.rest.len() as u64 * CORNER_BYTES / 2)?;
+                self.face(line, line.words().map(Index::of_corner))?;
+            }
             "o" | "g" => {
                 check_memory(line, MESH_BYTES)?;
                 self.finish_mesh();
@@ -280,84 +255,6 @@ impl<'a> Reader<'a> {
             _ => return Ok(false),
         }
         Ok(true)
-    }
-
-    fn face(&mut self, line: &Line) -> Result<()> {
-        check_memory(line, line.rest.len() as u64 * FACE_RATIO)?;
-        let material = match self.material {
-            Some(material) => material,
-            None => self.grey(),
-        };
-        let textured = self.maps[material as usize].all().next().is_some();
-        self.corners.clear();
-        self.points.clear();
-        // By the mesh's own vertices, or where all vertices of a file come first, by all of them.
-        if self.mesh.mesh.triangles.is_empty() && self.centered < self.positions.len() {
-            self.center = center_of(&self.positions[self.centered..]);
-            self.centered = self.positions.len();
-        }
-        for word in line.words() {
-            let mut numbers = word.split('/');
-            let position = numbers.next().unwrap_or_default();
-            let coordinates = numbers.next().unwrap_or_default();
-            let normal = numbers.next().unwrap_or_default();
-            let position = index(line, "vertex", position, self.positions.len())?;
-            let or_missing = |kind: &str, word: &str, count: usize| match word {
-                "" => Ok(MISSING),
-                _ => index(line, kind, word, count),
-            };
-            let normal = match or_missing("normal", normal, self.attributes.normals.len())? {
-                MISSING => self.smoothing.normal_at(position),
-                SMOOTH.. => return Err(line.wrong("it has a normal beyond 31 bits")),
-                normal => normal,
-            };
-            let all = &self.attributes.coordinates;
-            let mut coordinates = match textured {
-                true => or_missing("texture coordinate", coordinates, all.len())?,
-                false => MISSING,
-            };
-            if textured && coordinates == MISSING {
-                let what = "texture coordinates are missing, 0 is used";
-                self.ignored.tally.add(what, || line.location());
-            }
-            let at = all.get(coordinates as usize);
-            if at.is_some_and(|at| !at.is_finite()) {
-                let what = "texture coordinates are not finite, 0 is used";
-                self.ignored.tally.add(what, || line.location());
-                coordinates = MISSING;
-            }
-            let position_here = self.positions[position as usize] - self.center;
-            self.points.push(position_here.as_vec3());
-            self.corners.push(Corner {
-                position,
-                normal,
-                coordinates,
-            });
-        }
-        if self.corners.len() < 3 {
-            let what = "faces of fewer than three corners are skipped";
-            self.ignored.tally.add(what, || line.location());
-            return Ok(());
-        }
-        let Self {
-            corners,
-            points,
-            attributes,
-            mesh,
-            ..
-        } = self;
-        let vertices = mesh.mesh.positions.len() + corners.len();
-        if vertices.max(mesh.mesh.triangles.len() + corners.len()) >= u32::MAX as usize {
-            return Err(line.wrong("the object has more than 2³² vertices; split it"));
-        }
-        mesh.has_stated_normals |= corners.iter().any(|corner| corner.normal < SMOOTH);
-        self.smoothing.add_face(corners, points);
-        mesh.has_coordinates |= textured;
-        triangulate(points, |triangle| {
-            let triangle = triangle.map(|i| mesh.vertex(corners[i], points[i], attributes));
-            mesh.push(triangle, material);
-        });
-        Ok(())
     }
 
     fn use_material(&mut self, line: &Line) -> Result<()> {
@@ -411,7 +308,8 @@ impl<'a> Reader<'a> {
     /// Ends the current mesh at an `o` or `g` statement or at the end of the file, and begins an empty one. If the current
     /// mesh has triangles, the mesh and an instance of it are added to the scene; otherwise it is dropped.
     fn finish_mesh(&mut self) {
-        let mut building = std::mem::take(&mut self.mesh);
+        let next = self.mesh.next();
+        let mut building = std::mem::replace(&mut self.mesh, next);
         let mut mesh = std::mem::take(&mut building.mesh);
         if mesh.triangles.is_empty() {
             return;
@@ -455,42 +353,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The origin for a mesh with these positions, in the coordinates of the file. It is the centre of their bounding box if the
-/// mesh is small and far away: if the absolute value of a coordinate of the centre is above 256 times the longest side of
-/// the box. f32 positions relative to the centre are then precise enough. Otherwise the origin is 0.
-fn center_of(positions: &[DVec3]) -> DVec3 {
-    const FAR: f64 = 256.0;
-    let bounds = Bounds::of(positions.iter().copied());
-    let is_far = |b: &Bounds| b.center().abs().max_element() > FAR * b.size().max_element();
-    bounds
-        .filter(is_far)
-        .map_or(DVec3::ZERO, |bounds| bounds.center())
-}
-
 /// Checks that at least `bytes` bytes of memory are free for the data of the statement `line`, before they
 /// are allocated. Fails if less is free; the error names the statement.
 fn check_memory(line: &Line, bytes: u64) -> Result<()> {
     memory::check(bytes).map_err(|cause| line.wrong(&format!("{cause}; give a smaller scene")))
-}
-
-/// Converts an index of OBJ to an index from 0. In the file, `word` counts from 1 or, if it is negative, backwards from the
-/// last of the `count` elements that were read so far. Fails if `word` is not a whole number or is out of range; `kind` is
-/// the name of the elements in the error, such as `normal`.
-fn index(line: &Line, kind: &str, word: &str, count: usize) -> Result<u32> {
-    let number: i64 = word
-        .parse()
-        .map_err(|_| line.wrong(&format!("{} is not a {kind} index", quoted(word))))?;
-    let index = match number {
-        1.. => number - 1,
-        _ => number.saturating_add(count as i64),
-    };
-    if number == 0 || !(0..count as i64).contains(&index) {
-        return Err(line.wrong(&format!(
-            "{kind} {number} is out of range, there are {count} so far"
-        )));
-    }
-    u32::try_from(index)
-        .ok()
-        .filter(|&index| index != MISSING)
-        .ok_or_else(|| line.wrong(&format!("{kind} {number} is beyond 32 bits")))
 }

@@ -4,6 +4,7 @@
 
 use super::building::{Building, Corner, MISSING};
 use crate::scene::Scene;
+use foldhash::fast::RandomState;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
@@ -17,7 +18,7 @@ pub struct Smoothing {
     /// The number of the group of the faces that follow; 0 stands for no group.
     pub group: u32,
     /// Maps a group and the index of a position in the file to the index of their normal in `sums`.
-    indices: HashMap<(u32, u32), u32>,
+    indices: HashMap<(u32, u32), u32, RandomState>,
     sums: Vec<DVec3>,
     meshes: Vec<SmoothMesh>,
 }
