@@ -342,7 +342,9 @@ mod tests {
             [
                 "two-sided lights",
                 "environment",
+                "specular textures",
                 "16-bit textures",
+                "blended lights",
                 "backs that the camera does not see",
                 "large triangles"
             ]

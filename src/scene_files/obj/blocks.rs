@@ -203,10 +203,10 @@ mod tests {
         let expected = [
             Run::Text(0..7),
             Run::Positions(1),
-            Run::Text(15..40),
+            Run::Text(15..39),
             Run::Normals(1),
             Run::Faces(2),
-            Run::Text(71..72),
+            Run::Text(70..71),
             Run::Faces(1),
         ];
         assert_eq!(block.runs, expected);

@@ -199,7 +199,7 @@ mod tests {
                 let found = building.vertices.find_or_add(corner);
                 assert_eq!(found, (vertex, vertex == next));
             }
-            assert!(expected.len() > 400);
+            assert!(expected.len() > 350);
         }
     }
 }
