@@ -52,6 +52,15 @@ const TRIANGLES: BvhBuildParams = BvhBuildParams {
     max_prims_per_leaf: 2,
     ..BvhBuildParams::slow_build()
 };
+/// Options of the builder for trees over at least [`MANY`] triangles. The tree over ten million triangles takes three fifths
+/// of the time that it takes with [`TRIANGLES`], because fewer nodes are moved to better places.
+const MANY_TRIANGLES: BvhBuildParams = BvhBuildParams {
+    pre_split: false,
+    max_prims_per_leaf: 2,
+    ..BvhBuildParams::medium_build()
+};
+/// The number of triangles from which on a tree is built with [`MANY_TRIANGLES`].
+const MANY: usize = 1 << 20;
 /// Options of the builder for trees over boxes: those over instances, and the binary trees of light BVHs. A leaf holds one
 /// box. With more instances in a leaf, a ray would enter instances whose boxes it misses, and transforming the ray into an
 /// instance is expensive.
@@ -77,7 +86,12 @@ impl Tree {
             let [v0, v1, v2] = corners(index).map(Into::into);
             Triangle { v0, v1, v2 }.aabb()
         });
-        Self::over(triangles.collect(), TRIANGLES)
+        let options = if count < MANY {
+            TRIANGLES
+        } else {
+            MANY_TRIANGLES
+        };
+        Self::over(triangles.collect(), options)
     }
 
     /// Builds the tree over `boxes`, of which there is at least one.
