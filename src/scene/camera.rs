@@ -1,9 +1,7 @@
 //! Projections of cameras, and cameras that do not come from a file: a camera that looks at a point, and a camera that shows
 //! a whole scene. This module also removes the scale from cameras that do come from a file.
 
-use super::validate::check_camera;
 use super::{Camera, Scene};
-use crate::{Error, Result};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// The way in which a camera projects the scene to its picture. The width of the picture follows from its height and from the
@@ -52,25 +50,6 @@ impl Projection {
             Self::Perspective { vertical_fov, .. } => (0.5 * vertical_fov).tan(),
             Self::Orthographic { height } => 0.5 * height,
         }
-    }
-}
-
-impl Camera {
-    /// The same camera with `lens` instead of a pinhole.
-    ///
-    /// # Errors
-    /// The camera is orthographic, or a value of `lens` is outside of its range.
-    pub fn with_lens(mut self, lens: Lens) -> Result<Self> {
-        match &mut self.projection {
-            Projection::Perspective { lens: own, .. } => *own = Some(lens),
-            Projection::Orthographic { .. } => {
-                return Err(Error::input(
-                    "an orthographic camera has no lens; use a perspective camera, or no aperture",
-                ));
-            }
-        }
-        check_camera("the lens", &self)?;
-        Ok(self)
     }
 }
 

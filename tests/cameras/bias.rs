@@ -143,24 +143,28 @@ fn parallel(camera: &Camera) -> Camera {
     orthographic(camera, 2.5)
 }
 
-#[test]
-fn an_orthographic_camera_is_unbiased() {
-    check_all("orthographic", parallel);
-}
+mod thorough {
+    use super::*;
 
-#[test]
-fn a_lens_is_unbiased() {
-    // Focused on the middle of the room.
-    check_all("lens", |camera| with_lens(camera, 0.5, 4.0));
-}
+    #[test]
+    fn an_orthographic_camera_is_unbiased() {
+        check_all("orthographic", parallel);
+    }
 
-#[test]
-fn cells_of_space_are_unbiased_with_an_orthographic_camera() {
-    let scene = playroom(&["camera"], parallel);
-    check("cells", &scene, SEEDS, 2, |settings| {
-        reuse(settings, ReuseMode::Temporal);
-        settings.direct.resampling.candidates = Candidates::HashGrid;
-        settings.indirect.secondary = Secondary::WorldReservoirs;
-        settings.world_reservoirs.min_lights = 0;
-    });
+    #[test]
+    fn a_lens_is_unbiased() {
+        // Focused on the middle of the room.
+        check_all("lens", |camera| with_lens(camera, 0.5, 4.0));
+    }
+
+    #[test]
+    fn cells_of_space_are_unbiased_with_an_orthographic_camera() {
+        let scene = playroom(&["camera"], parallel);
+        check("cells", &scene, SEEDS, 2, |settings| {
+            reuse(settings, ReuseMode::Temporal);
+            settings.direct.resampling.candidates = Candidates::HashGrid;
+            settings.indirect.secondary = Secondary::WorldReservoirs;
+            settings.world_reservoirs.min_lights = 0;
+        });
+    }
 }

@@ -6,6 +6,25 @@ use crate::scene::camera::{Lens, Projection};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3};
 
+impl Camera {
+    /// The same camera with `lens` instead of a pinhole.
+    ///
+    /// # Errors
+    /// The camera is orthographic, or a value of `lens` is outside of its range.
+    pub fn with_lens(mut self, lens: Lens) -> Result<Self> {
+        match &mut self.projection {
+            Projection::Perspective { lens: own, .. } => *own = Some(lens),
+            Projection::Orthographic { .. } => {
+                return Err(Error::input(
+                    "an orthographic camera has no lens; use a perspective camera, or no aperture",
+                ));
+            }
+        }
+        check_camera("the lens", &self)?;
+        Ok(self)
+    }
+}
+
 /// Checks that a picture can be rendered from a camera; `what` is the name of the camera in messages.
 ///
 /// # Errors
