@@ -53,7 +53,8 @@ def other(script, scene):
     """The stages of another program, as in `headwater`, and its largest memory."""
     output, _, memory = run([sys.executable, HERE / script, scene])
     # Blender prints lines of its own first.
-    return json.loads(output.splitlines()[-1]), {"loading": memory}
+    stages = json.loads(output.splitlines()[-1])
+    return stages, {", ".join(stages): memory}
 
 
 def medians(runs):
@@ -81,12 +82,10 @@ def rows_of_memory(file, decoded, measured):
     mega = lambda value: round(value / 1e6)
     rows = []
     for program, (_, memory) in measured.items():
-        loading = memory["loading"]
-        rows.append([file, program, "loading", mega(decoded), mega(loading), round(loading / decoded, 2)])
-        if "device" in memory:
-            held = decoded + memory["device"]
-            rendering = memory["rendering"]
-            rows.append([file, program, "rendering", mega(held), mega(rendering), round(rendering / held, 2)])
+        device = memory.pop("device", 0)
+        for work, most in memory.items():
+            held = decoded + (device if work == "rendering" else 0)
+            rows.append([file, program, work, mega(held), mega(most), round(most / held, 2)])
     return rows
 
 
