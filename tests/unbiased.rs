@@ -7,7 +7,7 @@ use glam::{Affine2, DVec3, Vec2, Vec3};
 use headwater::scene::{AlphaMode, Image, Material, Scene, Texture};
 use headwater::scene_files::export;
 use std::process::Command;
-use support::{add, planted, quad, said};
+use support::{add, planted, quad, said, takes_largest};
 
 /// Runs a study of two presets on a scene, with changed shaders: (file, text, replacement). Returns true if it proves that
 /// both are unbiased, and its output.
@@ -49,12 +49,19 @@ preset = "fast"
     (output.status.success() && !said.contains("undecided"), said)
 }
 
+/// Studies take minutes, so they run with `tools/test --all` only.
 fn assert_unbiased(scene: &Scene, bounces: u32) {
+    if !takes_largest() {
+        return;
+    }
     let (passes, said) = study(scene, bounces, &[]);
     assert!(passes, "{said}");
 }
 
 fn assert_biased(scene: &Scene, bounces: u32, fault: (&str, &str, &str)) {
+    if !takes_largest() {
+        return;
+    }
     let (passes, said) = study(scene, bounces, &[fault]);
     assert!(!passes && said.contains("should be unbiased"), "{said}");
 }

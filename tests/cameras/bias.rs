@@ -132,6 +132,10 @@ fn check_all(name: &str, change: impl Fn(&Camera) -> Camera) {
             reuse(settings, ReuseMode::Temporal);
         });
     }
+    // The many seeds take minutes, so they run with `tools/test --all` only.
+    if !support::takes_largest() {
+        return;
+    }
     let name = format!("{name}, among neighbours");
     check(&name, &still, MANY_SEEDS, 0, |settings| {
         reuse(settings, ReuseMode::Spatial);
