@@ -23,8 +23,10 @@ fn profile(arguments: &[&str]) -> Output {
 
 /// Arguments of a frame whose bytes and rays can be counted by hand: four pixels that see the walls of `cornell`, with
 /// direct light only.
-const SMALL: [&str; 18] = [
+const SMALL: [&str; 20] = [
     "cornell",
+    "--jitter",
+    "off",
     "--width",
     "2",
     "--height",
