@@ -16,7 +16,7 @@ const uint NO_ALPHA_RANDOM = 0u;
 // without such surfaces has the same random numbers.
 uint draw_alpha_random(Random random) { return pcg4d(random.counter ^ 0x68E31DA4u).x | 1u; }
 
-// How much of a triangle's point its surface covers.
+// The fraction of a triangle's point that its surface covers.
 float coverage_at(GpuInstance instance, uint primitive, vec2 weights) {
     GpuMaterial material = material_at(triangle_owner(instance, primitive).material);
     if (material.alpha_mode == ALPHA_OPAQUE) return 1.0;

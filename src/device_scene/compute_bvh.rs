@@ -106,7 +106,7 @@ impl Tree {
             options.sort_precision,
             options.search_depth_threshold,
         );
-        // What follows takes the most memory, and not the boxes.
+        // The conversion takes the most memory, and does not need the boxes.
         drop(boxes);
         let ratio = options.reinsertion_batch_ratio;
         ReinsertionOptimizer::default().run(&mut binary, ratio, None);

@@ -86,7 +86,7 @@ fn an_error_is_reached_and_the_printed_command_repeats_it() {
     assert!((0.01..0.03).contains(&relmse), "{compared:#}");
 }
 
-/// Of the candidates that a large budget allows, the one with the least error is chosen, and the user's number of frames
+/// Among the candidates that a large budget allows, the one with the least error is chosen, and the user's number of frames
 /// stays.
 #[test]
 fn a_budget_is_met_with_the_frames_that_are_asked_for() {
@@ -109,7 +109,7 @@ fn a_budget_is_met_with_the_frames_that_are_asked_for() {
     );
 }
 
-/// What nothing meets is said, with the nearest; the picture is there all the same. What the user has bound is kept.
+/// A need that nothing meets is said, with the nearest; the picture is there all the same. Settings of the user are kept.
 #[test]
 fn needs_that_nothing_meets_are_named() {
     let folder = tempfile::tempdir().unwrap();

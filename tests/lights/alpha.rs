@@ -50,6 +50,16 @@ fn assert_mean(name: &str, found: &[[f64; 3]], expected: DVec3) {
     assert!(off.abs() < 0.005, "{name}: {off}");
 }
 
+/// Asserts the mean of the picture that the camera above the floor sees, with each technique and `factor` times its samples.
+fn assert_means_from_above(scene: &Scene, expected: DVec3, factor: u32) {
+    let view = from_above(1, 3);
+    for (technique, tracer, samples) in TECHNIQUES {
+        if let Some(found) = mean_of_seeds(scene, &view, technique, tracer, factor * samples) {
+            assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
+        }
+    }
+}
+
 /// The camera looks down on a grey sheet: it must show the sheet by the fraction that it covers, and the floor by the rest.
 #[test]
 fn the_camera_sees_sheets_and_what_is_behind_them() {
@@ -60,13 +70,7 @@ fn the_camera_sees_sheets_and_what_is_behind_them() {
     // Through the centre of the picture goes the edge between the sheet's triangles, where it must not count twice.
     let light = scene.punctual_lights[0].intensity.as_dvec3() / PI;
     let expected = light * (alpha * own + (1.0 - alpha) * (1.0 - alpha) * ALBEDO);
-    for (technique, tracer, samples) in TECHNIQUES {
-        if let Some(found) =
-            mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, 2 * samples)
-        {
-            assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
-        }
-    }
+    assert_means_from_above(&scene, expected, 2);
 }
 
 /// With `visibility=none` there are no shadows, even if a surface elsewhere has alpha mode blend.
@@ -271,13 +275,7 @@ mod thorough {
         let (corner, u, v) = (Vec3::new(-2.0, 5.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0);
         add_emitter(&mut scene, corner, u, v);
         let expected = lit_floor(corner, 2, |_| 1.0);
-        for (technique, tracer, samples) in TECHNIQUES {
-            if let Some(found) =
-                mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, samples)
-            {
-                assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
-            }
-        }
+        assert_means_from_above(&scene, expected, 1);
     }
 
     /// An emitter with alpha mode blend must light a floor by the part that it covers at each point.
@@ -293,13 +291,7 @@ mod thorough {
             4,
             |x| if x < 2.0 { 0.5 } else { 0.5 * 90.0 / 255.0 },
         );
-        for (technique, tracer, samples) in TECHNIQUES {
-            if let Some(found) =
-                mean_of_seeds(&scene, &from_above(1, 3), technique, tracer, samples)
-            {
-                assert_mean(&format!("{technique} {tracer:?}"), &found, expected);
-            }
-        }
+        assert_means_from_above(&scene, expected, 1);
     }
 
     /// Two black sheets must weaken directional light equally at every pixel, and the light of an environment and of an

@@ -97,7 +97,7 @@ class Surface:
             socket.default_value = value
 
     def given(self, name):
-        """What an input of the Principled BSDF gets: a socket, or a value."""
+        """The source of an input of the Principled BSDF: the socket that is linked to it, or its value."""
         socket = self.principled.inputs[name]
         if socket.links:
             return socket.links[0].from_socket
@@ -295,7 +295,7 @@ def prepare(scene, size, bounces):
     cycles.use_fast_gi = False
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = 1.0
-    # Its bounces are those after the first surface.
+    # Cycles counts the bounces after the first surface.
     cycles.max_bounces = bounces - 1
     cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = bounces - 1
     cycles.transparent_max_bounces = TRANSPARENT

@@ -54,7 +54,7 @@ def whole(path):
             part["uri"] = data_uri(binary)
         elif uri is not None and not uri.startswith("data:"):
             file = path.parent / urllib.parse.unquote(uri)
-            # What is missing stays missing.
+            # A missing file stays missing.
             if file.exists():
                 part["uri"] = data_uri(file.read_bytes())
     return document

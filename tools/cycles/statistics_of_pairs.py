@@ -1,4 +1,4 @@
-"""How far two noisy pictures are apart, in units of their noise."""
+"""The distance of two noisy pictures, in units of their noise."""
 
 import numpy as np
 

@@ -23,7 +23,7 @@ def attribute(name, si, channels, active):
 
 @dataclass
 class Lobes:
-    """What a surface has everywhere; images multiply it, and so do the colours of vertices."""
+    """The values that a surface has everywhere; images multiply them, and so do the colours of vertices."""
 
     base_color: list
     base: object
@@ -78,7 +78,7 @@ class Image:
 
 
 class Glow(mi.Texture):
-    """What shines from each point of a mesh.
+    """The radiance that each point of a mesh emits.
 
     It claims to be the same everywhere, so that Mitsuba draws points of the mesh: where it draws points of a texture, each
     must be in one place only.
@@ -102,7 +102,7 @@ class Glow(mi.Texture):
 
 
 class Alpha(mi.Texture):
-    """How much a material covers."""
+    """The fraction of light that a material stops: its coverage."""
 
     def __init__(self, of):
         mi.Texture.__init__(self, mi.Properties())
@@ -130,7 +130,7 @@ class Alpha(mi.Texture):
 
 
 class Here:
-    """What a surface is at a point."""
+    """The values of a surface at a point."""
 
 
 class Surface(mi.BSDF):

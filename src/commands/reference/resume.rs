@@ -15,8 +15,8 @@ use serde_json::Value;
 /// value can have any length. The middle of a longer value is left out.
 const VALUE_CHARACTERS: usize = 60;
 
-/// The maximum number of settings that a message lists, if settings of the earlier run differ from those of this run.
-/// Of further settings it states only the number, so that it stays short.
+/// The maximum number of settings that a message lists, if settings of the earlier run differ from those of this run. It
+/// states only the number of further settings, so that it stays short.
 const LISTED: usize = 3;
 
 /// The maximum magnitude of the low part of a sum, as a fraction of its leading part. Each sum is stored as these two

@@ -36,7 +36,29 @@ struct Reading<'a, 'b> {
     known: HashMap<Identity<'a>, u32>,
 }
 
-impl Reading<'_, '_> {
+impl<'a, 'b> Reading<'a, 'b> {
+    /// A list without images. They are images of the document of `accessors`, and their files are in `folder`.
+    fn new(accessors: &'b Accessors<'a>, folder: &'b SceneFolder<'b>) -> Self {
+        Self {
+            accessors,
+            folder,
+            encoded: Vec::new(),
+            known: HashMap::new(),
+        }
+    }
+
+    /// Decodes the images that were read. If the user permits missing images, damaged ones are left out, with notices in
+    /// `tally`. Fails if they are not permitted, or if the images need too many texels or too much memory.
+    fn decode(&self, progress: &mut Progress<'_>, tally: &mut Tally) -> Result<images::Decoded> {
+        let allow_missing = self.folder.options.allow_missing;
+        images::decode(
+            &self.encoded,
+            &mut images::TexelCount::default(),
+            progress,
+            &mut |_, fault| image_files::leave_out(fault, allow_missing, tally),
+        )
+    }
+
     /// Reads the bytes of the image with the index `index` in the file, unless another image has the same source. Returns the
     /// index of the bytes in `encoded`; `None`, with a notice in `tally`, if the image's file is missing and the user permits
     /// this. Fails if the image cannot be read.
@@ -113,12 +135,7 @@ impl<'a> Textures<'a> {
             uses,
             images: vec![None; document.images.len()],
         };
-        let mut reading = Reading {
-            accessors,
-            folder,
-            encoded: Vec::new(),
-            known: HashMap::new(),
-        };
+        let mut reading = Reading::new(accessors, folder);
         let allow_missing = folder.options.allow_missing;
         let mut is_read = vec![false; document.images.len()];
         for (index, material) in document.materials.iter().enumerate() {
@@ -137,12 +154,7 @@ impl<'a> Textures<'a> {
                 read.or_else(|fault| image_files::leave_out(fault, allow_missing, tally))?;
             }
         }
-        let decoded = images::decode(
-            &reading.encoded,
-            &mut images::TexelCount::default(),
-            progress,
-            &mut |_, fault| image_files::leave_out(fault, allow_missing, tally),
-        )?;
+        let decoded = reading.decode(progress, tally)?;
         for image in &mut textures.images {
             *image = image.and_then(|encoded| decoded.index_of[encoded as usize].map(|i| i as u32));
         }
@@ -265,12 +277,7 @@ pub fn load_images(
 ) -> Result<Vec<Option<Image>>> {
     let count = accessors.document.images.len();
     let allow_missing = folder.options.allow_missing;
-    let mut reading = Reading {
-        accessors,
-        folder,
-        encoded: Vec::new(),
-        known: HashMap::new(),
-    };
+    let mut reading = Reading::new(accessors, folder);
     let mut read = Vec::with_capacity(indices.len());
     for &index in indices {
         if get(&accessors.document.images, index).is_none() {
@@ -283,12 +290,7 @@ pub fn load_images(
             })?,
         );
     }
-    let decoded = images::decode(
-        &reading.encoded,
-        &mut images::TexelCount::default(),
-        progress,
-        &mut |_, fault| image_files::leave_out(fault, allow_missing, tally),
-    )?;
+    let decoded = reading.decode(progress, tally)?;
     let image =
         |encoded: u32| decoded.index_of[encoded as usize].map(|i| decoded.images[i].clone());
     Ok(read

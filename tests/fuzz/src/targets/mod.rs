@@ -15,7 +15,7 @@ pub struct Target {
     pub name: &'static str,
     /// Loads a file of these bytes, and checks what its loader promises.
     pub run: fn(&[u8]),
-    /// Whether the file has a readable header. Does not call the loader.
+    /// Returns true if the file has a readable header. Does not call the loader.
     pub has_header: fn(&[u8]) -> bool,
 }
 

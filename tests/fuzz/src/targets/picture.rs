@@ -37,7 +37,7 @@ pub fn has_header(bytes: &[u8]) -> bool {
     }
 }
 
-/// What can be written is read again as it was.
+/// Checks that a picture which can be written is read again as it was.
 fn check_writing(image: &Image) {
     let path = FOLDER.write("b.exr", &[]);
     if image.write(&path, 0.0).is_ok() {
