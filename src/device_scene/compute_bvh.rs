@@ -54,6 +54,10 @@ const TRIANGLES: BvhBuildParams = BvhBuildParams {
 };
 /// Options of the builder for trees over at least [`MANY`] triangles. The tree over ten million triangles takes three fifths
 /// of the time that it takes with [`TRIANGLES`], because fewer nodes are moved to better places.
+///
+/// The price: path tracing of a landscape of 1.6 million triangles takes 8 to 19 % more CPU time (three alternating pairs of 30
+/// frames). At 1280 × 720 pixels the shorter build pays for itself in the first fifty frames or so, which is what most views of
+/// such a mesh render.
 const MANY_TRIANGLES: BvhBuildParams = BvhBuildParams {
     pre_split: false,
     max_prims_per_leaf: 2,

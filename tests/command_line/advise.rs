@@ -13,9 +13,9 @@ fn advice_is_complete_and_its_command_works() {
         "advise",
         "cornell",
         "--time",
-        "2",
+        "4",
         "--width",
-        "32",
+        "16",
         "--json",
         "-o",
         text(&out),
@@ -30,7 +30,7 @@ fn advice_is_complete_and_its_command_works() {
     );
     let front = &advice["front"];
     let size = front["size"].as_array().unwrap();
-    assert!(size[0].as_u64() <= Some(32), "{front:#}");
+    assert!(size[0].as_u64() <= Some(16), "{front:#}");
     let finalists = front["finalists"].as_array().unwrap();
     assert!(finalists.len() >= 3, "{front:#}");
     let race = front["race"].as_array().unwrap();
@@ -40,7 +40,8 @@ fn advice_is_complete_and_its_command_works() {
         assert!(point["error"]["value"].as_f64() > Some(0.0), "{point:#}");
         assert!(point["chains"].as_u64() >= Some(2), "{point:#}");
     }
-    // Path tracing has the most noise in a frame of this scene, whatever the time says.
+    // Path tracing has the most noise in a frame of this scene, whatever the time says. At this size even a slow machine
+    // has the chains and the samples of the reference that show it: with 4 chains and 8 samples the errors look alike.
     let error = |point: &Value| point["error"]["value"].as_f64().unwrap();
     let path_tracing = finalists
         .iter()
