@@ -403,7 +403,7 @@ fn a_picture_in_few_strips_in_many_and_resumed_has_the_same_bits() {
         .count();
     assert!(lit > after_one.len() / 4, "{lit} pixels are lit");
     few.add_samples(1, 1).unwrap();
-    many.set_sums(&after_one, 1).unwrap();
+    many.set_sums(&after_one, &[], 1).unwrap();
     many.add_samples(1, 1).unwrap();
     assert!(
         bits(&few.sums().unwrap().pixels) == bits(&many.sums().unwrap().pixels),

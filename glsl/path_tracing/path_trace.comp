@@ -20,6 +20,8 @@ layout(local_size_x = TILE * TILE) in;
 layout(push_constant, scalar) uniform StripBlock { Strip strip; };
 layout(scalar) uniform FrameBlock { FrameConstants at; } frame;
 layout(scalar) buffer SumsBlock { PixelSums at[]; } sums;
+// The number of each pixel's samples whose camera ray met a surface.
+layout(scalar) buffer CoverageBlock { uint at[]; } coverage;
 
 float heuristic_weight(float pdf, float other) {
     // Of the ratio, because squares of densities overflow.
@@ -137,6 +139,7 @@ void main() {
     bool started = false;
     // The number of surfaces that the camera's ray has gone through.
     uint culled = 0u;
+    uint covered = 0u;
     while (true) {
         if (purpose == RAY_NONE) {
             if (started) {
@@ -168,7 +171,7 @@ void main() {
             continue;
         }
         if (hit.instance == NONE) {
-            if (sees_environment() && is_wanted(path.scatterings)) {
+            if (sees_environment() && is_wanted(path.scatterings) && !(TRACKS_COVERAGE && path.scatterings == 0u)) {
                 vec2 uv = environment_uv(ray.direction);
                 float weight = 1.0;
                 if (!path.delta) {
@@ -191,6 +194,7 @@ void main() {
         }
         Surface surface = surface_at(hit, ray);
         if (path.scatterings == 0u) radiance += unlit_radiance(hit);
+        if (TRACKS_COVERAGE && path.scatterings == 0u) covered += 1u;
         if (surface.light != NONE && is_wanted(path.scatterings)) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
@@ -278,6 +282,7 @@ void main() {
     // A driver may end a loop that seems endless to it; the sums would then lack light.
     if (sample_index != end) count_fault(COUNTER_CUT_SHORT);
     sums.at[index] = total;
+    if (TRACKS_COVERAGE) coverage.at[index] += covered;
     count_read(PIXEL_SUMS_WORDS);
     count_written(PIXEL_SUMS_WORDS);
 }

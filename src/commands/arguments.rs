@@ -114,6 +114,11 @@ pub struct SceneArgs {
     /// there are none
     #[arg(long, value_delimiter = ',', value_enum)]
     pub aov: Vec<Aov>,
+    /// Give pictures an alpha channel: the fraction of each pixel that surfaces cover. The camera then does not see the
+    /// environment, which still lights the scene. EXR files have colours that are multiplied by alpha, PNG files have colours
+    /// that are not
+    #[arg(long)]
+    pub alpha: bool,
     /// Exposure of PNG files and of the pictures that --capture presents, in stops: radiance is multiplied by 2 to this
     /// power; EXR files are not affected
     #[arg(

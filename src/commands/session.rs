@@ -60,6 +60,8 @@ pub struct Session {
     /// The scene's camera with its motion; while the clock runs, each frame is rendered with the camera of its time. `None`
     /// for a camera that does not belong to the scene, and so does not move.
     camera: Option<MovingCamera>,
+    /// True if pictures have an alpha channel, by `--alpha`.
+    has_alpha: bool,
     /// The names of the passes whose shaders rejected values, such as NaN, with the number of values; set by
     /// [`Self::picture`].
     rejected: Vec<(String, u32)>,
@@ -127,6 +129,7 @@ impl Session {
         }
         let tracking = Tracking {
             origins: args.aov.iter().any(|aov| aov.reservoirs_of().is_some()),
+            coverage: args.alpha,
             ..Tracking::default()
         };
         let uploaded = gpu_scene.clone();
@@ -158,12 +161,18 @@ impl Session {
             edited_shaders,
             clock,
             camera,
+            has_alpha: args.alpha,
             rejected: Vec::new(),
             first_runs: Vec::new(),
             times: Vec::new(),
             opened,
             samples_a_submission: 1,
         })
+    }
+
+    /// True if pictures have an alpha channel, by `--alpha`.
+    pub fn has_alpha(&self) -> bool {
+        self.has_alpha
     }
 
     /// The index of the first frame that must be rendered so that frame `index` is correct. If frames reuse data of earlier

@@ -61,7 +61,7 @@ pub enum Format {
     /// OpenEXR: stores the metadata and all channels. Each value has 32 bits and does not change when it is written and
     /// read.
     Exr,
-    /// PNG: stores only `R`, `G`, `B`, after exposure and tone mapping, as 8-bit sRGB.
+    /// PNG: stores only `R`, `G`, `B`, after exposure and tone mapping, as 8-bit sRGB, and the channel `A` if there is one.
     Png,
 }
 
@@ -151,7 +151,8 @@ impl Image {
 
     /// Writes the picture in the format that the extension of `path` names. A PNG file shows
     /// the radiance with the exposure and the curve of `look`, which can be an exposure alone; an EXR file contains the
-    /// radiance itself, whatever the look.
+    /// radiance itself, whatever the look. If the picture has a channel `A` of alpha, its `R`, `G`, `B` are multiplied by
+    /// alpha, as EXR files have them; a PNG file shows them divided by alpha.
     ///
     /// # Errors
     /// The format is unknown, the picture has no pixels or no channels, a channel does not have one value per pixel, a PNG

@@ -18,24 +18,43 @@ const MAX_COMPRESSION_RATIO: u64 = 1032;
 /// has. A pixel of the file may have a single bit.
 const BYTES_PER_PIXEL: u64 = 3 * 2 + 2 * 3 * 4;
 
-/// Writes the channels `R`, `G`, `B` as 8-bit sRGB to the file at `path`, with the exposure and the curve of `look`.
+/// Writes the channels `R`, `G`, `B` as 8-bit sRGB to the file at `path`, with the exposure and the curve of `look`. If there
+/// is a channel `A`, the file has it with 8 bits, and the colours are divided by it, as the format demands.
 pub(super) fn write(image: &Image, path: &Path, look: Look) -> Result<()> {
     let scale = f64::from(look.exposure).exp2();
-    let bytes: Vec<u8> = image
-        .rgb()?
-        .iter()
-        .flat_map(|pixel| look.curve.map(pixel.map(|v| (f64::from(v) * scale) as f32)))
-        .map(to_srgb_byte)
-        .collect();
-    write_bytes(path, (image.width, image.height), &bytes)
+    let shown = |pixel: &[f32; 3], scale: f64| {
+        let scaled = pixel.map(|v| (f64::from(v) * scale) as f32);
+        look.curve.map(scaled).map(to_srgb_byte)
+    };
+    let colors = image.rgb()?;
+    let size = (image.width, image.height);
+    let Some(alpha) = image.floats("A") else {
+        let bytes: Vec<u8> = colors.iter().flat_map(|c| shown(c, scale)).collect();
+        return write_bytes(path, size, &bytes);
+    };
+    let with_alpha = |(color, alpha): (&[f32; 3], &f32)| {
+        // Where nothing covers the pixel, it has no colour.
+        let [r, g, b] = match *alpha > 0.0 {
+            true => shown(color, scale / f64::from(*alpha)),
+            false => [0; 3],
+        };
+        // Alpha is linear: the curve and the sRGB encoding are for colours.
+        [r, g, b, (alpha.clamp(0.0, 1.0) * 255.0).round() as u8]
+    };
+    let bytes: Vec<u8> = colors.iter().zip(alpha).flat_map(with_alpha).collect();
+    encode(path, size, &bytes, ExtendedColorType::Rgba8)
 }
 
 /// Writes a PNG file of values that are 8-bit sRGB already. `rgb` has three bytes per pixel, row by row from the top; `size`
 /// is the width and the height in pixels.
 pub(crate) fn write_bytes(path: &Path, size: (u32, u32), rgb: &[u8]) -> Result<()> {
+    encode(path, size, rgb, ExtendedColorType::Rgb8)
+}
+
+fn encode(path: &Path, size: (u32, u32), bytes: &[u8], kind: ExtendedColorType) -> Result<()> {
     write_atomically(path, |file| {
         PngEncoder::new(file)
-            .write_image(rgb, size.0, size.1, ExtendedColorType::Rgb8)
+            .write_image(bytes, size.0, size.1, kind)
             .map_err(|e| match e {
                 image::ImageError::IoError(e) => e,
                 e => std::io::Error::other(e.to_string()),
@@ -108,6 +127,7 @@ impl Claim {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::{Samples, ToneCurve};
     use image::{DynamicImage, Luma, LumaA, Rgb, Rgba};
 
     #[test]
@@ -124,6 +144,26 @@ mod tests {
             .zip(image.rgb().unwrap().iter().flatten())
         {
             assert!((a - b).abs() < 0.006, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_png_has_colours_that_are_not_multiplied_by_alpha() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let mut image = Image::new(4, 1);
+        let half = [0.2, 0.1, 0.05];
+        let colors = [half, half, [0.0; 3], [0.3; 3]];
+        image.set_vectors("", ["R", "G", "B"], &colors);
+        let alpha = vec![0.5, 1.0, 0.0, 0.25];
+        image.channels.insert("A".into(), Samples::F32(alpha));
+        image.write(&path, 1.0).unwrap();
+        let read = image::open(&path).unwrap().into_rgba8();
+        // One stop brighter, and divided by alpha, by the neutral curve, which changes the last one only.
+        let shown = |color: [f32; 3]| ToneCurve::Neutral.map(color).map(to_srgb_byte);
+        let expected = [[0.8, 0.4, 0.2], [0.4, 0.2, 0.1], [0.0; 3], [2.4; 3]].map(shown);
+        for ((pixel, [r, g, b]), alpha) in read.pixels().zip(expected).zip([128, 255, 0, 64]) {
+            assert_eq!(pixel.0, [r, g, b, alpha]);
         }
     }
 

@@ -106,6 +106,7 @@ impl Renderer {
         let specialisation = Specialisation {
             energy_compensated: settings.energy == Energy::Compensated,
             camera_model: camera_model(&view.camera),
+            tracks_coverage: tracking.coverage,
             ..scene.specialisation(settings.variant == Variant::Full)
         };
         let options = settings.light_bvh_options();
@@ -299,7 +300,7 @@ impl Renderer {
         // Path tracing has no buffer of a single frame: its sums already contain this frame alone.
         if let Some(color) = self.integrator.color() {
             self.sums.clear()?;
-            self.sums.add(color)?;
+            self.sums.add(color, self.integrator.covered())?;
         }
         Ok(())
     }
@@ -402,23 +403,25 @@ impl Renderer {
     pub fn sums(&self) -> Result<Sums> {
         Ok(Sums {
             pixels: self.sums.read()?,
+            coverage: self.sums.read_coverage()?,
             unit: self.bindings.scene.units.radiance,
         })
     }
 
-    /// Continues an earlier run of the same scene: replaces the sums of all pixels by `sums`, which contain `samples`
-    /// samples per pixel. There is one entry per pixel, row by row from the top.
+    /// Continues an earlier run of the same scene: replaces the sums of all pixels by `sums`, and the numbers of samples
+    /// whose primary ray met a surface by `coverage`. They contain `samples` samples per pixel. There is one entry per pixel,
+    /// row by row from the top. `coverage` has no effect unless [`Tracking::coverage`] is true.
     ///
     /// # Errors
-    /// Frames depend on earlier frames, so that sums are not enough to continue a run; `sums` has fewer entries than there
-    /// are pixels; or the device fails.
-    pub fn set_sums(&mut self, sums: &[PixelSums], samples: u32) -> Result<()> {
+    /// Frames depend on earlier frames, so that sums are not enough to continue a run; `sums` or `coverage` has fewer entries
+    /// than there are pixels; or the device fails.
+    pub fn set_sums(&mut self, sums: &[PixelSums], coverage: &[u32], samples: u32) -> Result<()> {
         if self.has_history() {
             return Err(Error::input(
                 "frames that reuse those before them cannot be resumed; use --preset path-tracing",
             ));
         }
-        self.sums.write(sums, samples)
+        self.sums.write(sums, coverage, samples)
     }
 
     /// The counts of each pass, such as its number of rays, since the last call or the last restart. Empty unless

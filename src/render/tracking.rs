@@ -11,4 +11,7 @@ pub struct Tracking {
     /// True if each reservoir also stores the pixel that drew its sample, and the number of neighbours that were merged into
     /// it. [`Renderer::reservoir_aovs`](super::Renderer::reservoir_aovs) returns both. Storing them costs memory.
     pub origins: bool,
+    /// True if the renderer counts the samples of each pixel whose primary ray meets a surface, for the alpha channel of a
+    /// picture. The camera then does not see the environment. Counting costs memory.
+    pub coverage: bool,
 }

@@ -141,6 +141,9 @@ crate::gpu_specialisation! {
         pub biased_shift: bool = false,
         /// The model of the camera, which decides where primary rays begin and where they go.
         pub camera_model: CameraModel = CameraModel::Pinhole,
+        /// True if the picture has an alpha channel. The camera then does not see the environment, and passes count the
+        /// samples of each pixel whose primary ray meets a surface.
+        pub tracks_coverage: bool = false,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Tests of cameras: orthographic ones and lenses against closed forms, and resampling against path tracing with both.
 
 mod bias;
+mod coverage;
 mod lens;
 mod orthographic;
 #[path = "../support/mod.rs"]

@@ -177,6 +177,46 @@ fn a_file_that_lies_is_refused_in_one_readable_line() {
     assert!(std::fs::read(&path).unwrap() == whole);
 }
 
+#[test]
+fn a_picture_with_alpha_is_resumed_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, parts] = ["whole.exr", "parts.exr"].map(|name| folder.path().join(name));
+    // From so far away, the box is a few pixels wide.
+    let scene = [
+        "reference",
+        "cornell",
+        "--look-at=0,1,12,0,1,0",
+        "--width=16",
+        "--alpha",
+    ];
+    let run = |path: &Path, more: &[&str]| {
+        succeed(&[&scene[..], &["-o", text(path), "--spp"], more].concat());
+        Image::read(path).unwrap()
+    };
+    let expected = run(&whole, &["7"]);
+    run(&parts, &["3"]);
+    let image = run(&parts, &["7", "--resume"]);
+    assert_eq!(image, expected);
+    let alpha = image.floats("A").unwrap();
+    assert!(alpha.iter().any(|a| *a > 0.0 && *a < 1.0), "{alpha:?}");
+    let refused = |more: &[&str]| {
+        let rest = ["-o", text(&parts), "--spp", "9", "--resume"];
+        fail(&[&scene[..4], more, &rest].concat(), 2)
+    };
+    let line = refused(&[]);
+    assert!(line.contains("it has headwater.alpha"), "{line}");
+    for (value, said) in [(None, "no channel A"), (Some(1.5), "channel A has values")] {
+        let mut image = expected.clone();
+        match value {
+            None => drop(image.channels.remove("A")),
+            Some(value) => channel(&mut image, "A")[3] = value,
+        }
+        image.write(&parts, 0.0).unwrap();
+        let line = refused(&["--alpha"]);
+        assert!(line.contains(said), "no '{said}' in {line}");
+    }
+}
+
 /// An EXR file whose header has a size that its channels do not have must be refused.
 #[test]
 fn a_header_of_another_size_is_refused() {

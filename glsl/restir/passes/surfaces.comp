@@ -11,6 +11,8 @@ layout(local_size_x = TILE * TILE) in;
 
 layout(scalar) writeonly buffer SampleDataBlock { SampleData at[]; } sample_data;
 layout(scalar) writeonly buffer ColorBlock { vec3 at[]; } color;
+// 1 where the camera's ray of this frame meets a surface, 0 elsewhere.
+layout(scalar) writeonly buffer CoveredBlock { uint at[]; } covered;
 
 void main() {
     uvec2 pixel = invocation_pixel();
@@ -28,10 +30,11 @@ void main() {
             float cosine = -dot(light.normal, ray.direction);
             emission += accept_radiance(hit_emission(light, surface.light, hit.barycentrics, cosine));
         }
-    } else if (sees_environment()) {
+    } else if (sees_environment() && !TRACKS_COVERAGE) {
         emission = accept_radiance(environment_radiance(environment_uv(ray.direction)));
     }
     sample_data.at[slot_of(pixel)] = data;
     color.at[pixel_index(pixel)] = emission;
+    if (TRACKS_COVERAGE) covered.at[pixel_index(pixel)] = has_surface(data) ? 1u : 0u;
     count_written(SAMPLE_DATA_WORDS + 3u);
 }

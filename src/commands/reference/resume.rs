@@ -77,7 +77,11 @@ pub fn resume(args: &Args, session: &mut Session) -> Result<u32> {
             "the sums of pixel {x}, {y} cannot be those of {samples} samples"
         )));
     }
-    session.renderer.set_sums(&sums, samples)?;
+    let coverage = match session.has_alpha() {
+        true => coverage_of(&earlier, samples).map_err(wrong)?,
+        false => Vec::new(),
+    };
+    session.renderer.set_sums(&sums, &coverage, samples)?;
     Ok(samples)
 }
 
@@ -121,6 +125,21 @@ fn sums_of(earlier: &Image) -> std::result::Result<Vec<PixelSums>, String> {
         square_low: square_low[i],
     };
     Ok((0..earlier.pixels()).map(pixel).collect())
+}
+
+/// The number of samples of each pixel whose primary ray met a surface, from the channel `A` of an earlier picture of
+/// `samples` samples per pixel. If the channel is missing or has another value than such numbers give, the error is a clause
+/// for a message.
+fn coverage_of(earlier: &Image, samples: u32) -> std::result::Result<Vec<u32>, String> {
+    let alpha = earlier.floats("A");
+    let alpha = alpha.ok_or_else(|| "it has no channel A of floats".to_owned())?;
+    let count = |alpha: &f32| {
+        let covered = f64::from(*alpha) * f64::from(samples);
+        // Numbers up to 2²⁴ come back from their fraction exactly; larger ones to within the rounding of the channel.
+        (0.0..=1.0).contains(alpha).then(|| covered.round() as u32)
+    };
+    let counts: Option<Vec<u32>> = alpha.iter().map(count).collect();
+    counts.ok_or_else(|| "its channel A has values outside of 0 to 1".to_owned())
 }
 
 /// True if the sums of a pixel can be those of `samples` samples; if not, the file is damaged. The sums of radiance and of

@@ -13,8 +13,9 @@ use crate::{Error, Result};
 
 impl Session {
     /// Makes the picture from `sums`, the accumulated radiance of `samples` samples per pixel. Its channels `R`, `G`, `B`
-    /// are the mean of the samples, or black for `samples` = 0; it also has metadata and the requested AOVs. Prints a notice
-    /// if shaders rejected values, such as NaN.
+    /// are the mean of the samples, or black for `samples` = 0; with `--alpha`, the channel `A` is the fraction of the samples
+    /// whose primary ray met a surface. It also has metadata and the requested AOVs. Prints a notice if shaders rejected
+    /// values, such as NaN.
     ///
     /// # Errors
     /// The device fails, or its driver ended loops in shaders early, so that the picture is wrong.
@@ -23,6 +24,11 @@ impl Session {
         let mean = sums.mean(samples.max(1));
         let values: Vec<_> = mean.iter().map(|p| p.as_vec3().to_array()).collect();
         image.set_vectors("", ["R", "G", "B"], &values);
+        if let Some(alpha) = sums.alpha(samples.max(1)) {
+            image.channels.insert("A".into(), Samples::F32(alpha));
+            let key = "headwater.alpha".to_owned();
+            image.metadata.insert(key, "true".to_owned());
+        }
         if !aovs.is_empty() {
             self.add_aovs(&mut image, aovs)?;
         }

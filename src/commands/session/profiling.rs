@@ -43,6 +43,7 @@ impl Session {
     ) -> Result<Vec<Counts>> {
         let tracking = Tracking {
             counts: true,
+            coverage: self.has_alpha,
             ..Tracking::default()
         };
         let (device, scene) = (&self.device, self.gpu_scene.clone());

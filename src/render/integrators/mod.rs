@@ -74,6 +74,13 @@ pub trait Integrator {
     /// radiance.
     fn color(&self) -> Option<&Buffer>;
 
+    /// The buffer with one 32-bit word per pixel, row by row from the top: 1 if the primary ray of the pixel met a surface in
+    /// the last frame, otherwise 0. `None` for path tracing, which counts such samples with its sums, and if
+    /// [`Tracking::coverage`](super::Tracking::coverage) is false.
+    fn covered(&self) -> Option<&Buffer> {
+        None
+    }
+
     /// Sets the seed of the next frames, and forgets all earlier frames: the next frame reuses nothing, and all counters are
     /// 0.
     fn restart(&mut self, seed: u32) -> Result<()>;

@@ -17,6 +17,7 @@ crate::bindings! {
     /// Bindings of the pass `path_trace`, which traces paths and adds their radiance to the sums of each pixel.
     pub struct PathTrace {
         [offers scene: SceneBindings]
+        [optional write coverage]
         uniform frame,
         write sums,
         write counters,
@@ -121,7 +122,7 @@ impl Integrator for PathTracer {
         for done in (0..samples).step_by(at_once as usize) {
             self.constants.first_sample = first + done;
             self.constants.samples = at_once.min(samples - done);
-            for (index, (strip, sums)) in strips.iter().enumerate() {
+            for (index, part) in strips.iter().enumerate() {
                 if index > 0 {
                     let strips_done = index as f64 / strips.len() as f64;
                     let samples_done = strips_done * f64::from(self.constants.samples);
@@ -130,13 +131,14 @@ impl Integrator for PathTracer {
                 let bindings = PathTrace {
                     scene: &self.bindings,
                     frame: &self.frame,
-                    sums,
+                    sums: &part.sums,
+                    coverage: part.coverage.as_ref(),
                     counters: &self.counters.buffer,
                 };
-                let groups = strip.groups(self.constants.view.width);
+                let groups = part.strip.groups(self.constants.view.width);
                 let mut recording = Recording::new(&self.device)?;
                 recording.update(&self.frame, &self.constants)?;
-                recording.pass(&self.path_trace, &bindings, strip, groups)?;
+                recording.pass(&self.path_trace, &bindings, &part.strip, groups)?;
                 PassTime::add(&mut times, recording.finish()?);
             }
         }

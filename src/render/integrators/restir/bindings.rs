@@ -12,6 +12,7 @@ crate::bindings! {
     /// picture.
     pub struct Surfaces {
         [offers scene: SceneBindings]
+        [optional write covered]
         uniform restir,
         write sample_data,
         write color,

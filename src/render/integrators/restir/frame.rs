@@ -18,6 +18,7 @@ impl Restir {
             restir: &self.restir,
             sample_data: inputs.sample_data,
             color: inputs.color,
+            covered: self.covered.as_ref(),
             counters: inputs.counters,
         };
         recording.pass(&self.surfaces, &surfaces, &(), inputs.groups)?;

@@ -72,6 +72,9 @@ pub struct Restir {
     /// and indirect light.
     pub restir: Buffer,
     color: Buffer,
+    /// 1 for each pixel whose primary ray met a surface in the current frame, otherwise 0. `None` unless
+    /// [`Tracking::coverage`] is true.
+    covered: Option<Buffer>,
     /// The separate buffer of the pilots (the first BSDF ray of each pixel). `None` if there are no pilots, or if they are
     /// stored in the buffer of the reservoirs of indirect light.
     separate_pilots: Option<Buffer>,
@@ -216,6 +219,9 @@ impl Restir {
             indirect,
             restir: Buffer::new(device, "restir", restir_bytes, uniform)?,
             color: buffer("color", sizes.color)?,
+            covered: (tracking.coverage)
+                .then(|| buffer("covered", sizes.color / 3))
+                .transpose()?,
             separate_pilots: (sizes.separate_pilots > 0)
                 .then(|| buffer("pilots", sizes.separate_pilots))
                 .transpose()?,
@@ -268,7 +274,9 @@ impl Restir {
     /// run. The buffers of light samplers are not among them.
     fn buffers(&self) -> impl Iterator<Item = &Buffer> {
         let reservoirs = self.kinds().flat_map(|reuse| reuse.reservoirs.all());
-        let shared = std::iter::once(&self.color).chain(&self.separate_pilots);
+        let shared = std::iter::once(&self.color)
+            .chain(&self.covered)
+            .chain(&self.separate_pilots);
         let world = self.world().into_iter().flat_map(WorldLight::buffers);
         self.sample_data
             .all()
@@ -377,7 +385,7 @@ impl Integrator for Restir {
         _watch: &mut Watch<'_>,
     ) -> Result<Vec<PassTime>> {
         let mut times = self.render(first, camera, sums)?;
-        times.extend(sums.add(&self.color)?);
+        times.extend(sums.add(&self.color, self.covered.as_ref())?);
         Ok(PassTime::by_name(times))
     }
 
@@ -411,6 +419,10 @@ impl Integrator for Restir {
 
     fn color(&self) -> Option<&Buffer> {
         Some(&self.color)
+    }
+
+    fn covered(&self) -> Option<&Buffer> {
+        self.covered.as_ref()
     }
 
     fn restart(&mut self, seed: u32) -> Result<()> {
