@@ -27,13 +27,13 @@
 //! ```toml
 //! [dependencies]
 //! headwater = { path = "../headwater" } # the folder of the project
-//! glam = "0.34" # vectors and matrices of scenes; the version in Headwater's Cargo.toml, because types of others differ
+//! glam = "0.34" # vectors and matrices, in the version of Headwater's Cargo.toml: another version has other types
 //! ```
 //!
-//! Vulkan must be installed; `eval "$(tools/env)"` in the project's folder gives a machine without a GPU a software Vulkan.
-//! Call it in each shell that builds or starts the crate: the software Vulkan is found by environment variables when the
-//! program starts. It also sets `SHADERC_LIB_DIR` to a compiled shaderc. Without this variable, the build script of
-//! `shaderc-sys` compiles shaderc, and needs cmake, git, python3 and a C++ compiler.
+//! Vulkan must be installed; `eval "$(../headwater/tools/env)"` gives a machine without a GPU a software Vulkan. Call it in
+//! each shell that builds or starts the crate: the software Vulkan is found by environment variables when the program
+//! starts. It also sets `SHADERC_LIB_DIR` to a compiled shaderc. Without this variable, the build script of `shaderc-sys`
+//! compiles shaderc, and needs cmake, git, python3 and a C++ compiler.
 //!
 //! # A scene in memory
 //!
