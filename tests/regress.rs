@@ -275,7 +275,7 @@ mod thorough {
                     "vec3(solid_angle), pdf_solid_angle",
                     "vec3(1.0), pdf_solid_angle",
                 ),
-                "_indirect wrote another reservoirs",
+                "_indirect wrote different reservoirs",
             ),
             (
                 SOME,
@@ -285,7 +285,7 @@ mod thorough {
                     "p.words[HISTORY_WORD] = min(uint(r.confidence)",
                     "p.words[HISTORY_WORD] = 2u + min(uint(r.confidence)",
                 ),
-                "frame 0: pass initial_direct wrote another reservoirs",
+                "frame 0: pass initial_direct wrote different reservoirs",
             ),
             (
                 WORLD,
@@ -295,7 +295,7 @@ mod thorough {
                     "GpuWorldSample(reservoir.contribution_weight,",
                     "GpuWorldSample(1.01 * reservoir.contribution_weight,",
                 ),
-                "frame 0: pass initial_indirect wrote another world_samples",
+                "frame 0: pass initial_indirect wrote different world_samples",
             ),
         ] {
             let shaders = tempfile::tempdir().unwrap();

@@ -64,7 +64,7 @@ pub fn judge_exactly(rendered: &Rendered, golden: &Golden, picture: &Image) -> V
         return Verdict::Failed(
             match (&now.pass, &now.buffer) == (&before.pass, &before.buffer) {
                 true => format!(
-                    "frame {}: pass {} wrote another {}",
+                    "frame {}: pass {} wrote different {}",
                     now.frame, now.pass, now.buffer
                 ),
                 false => format!(
@@ -179,7 +179,7 @@ mod tests {
             );
         };
         let steps = [step("a", "1"), step("b", "x"), step("c", "y")];
-        failed(judge(&steps, 1.0), "frame 1: pass b wrote another color");
+        failed(judge(&steps, 1.0), "frame 1: pass b wrote different color");
         failed(judge(&golden.steps[..2], 1.0), "2 buffers instead of 3");
         failed(judge(&golden.steps, 1.5), "channels R");
         let steps = [step("a", "1"), step("d", "2"), step("c", "3")];

@@ -42,7 +42,9 @@ pub struct RendererBuilder<'a> {
 
 impl Renderer {
     /// Makes a builder of a renderer for `scene`. Every option has a default value, which a method of the builder can
-    /// replace. The device is opened only when [`RendererBuilder::build`] is called.
+    /// replace. The device is opened only when [`RendererBuilder::build`] is called. The scene must have passed
+    /// [`Scene::validate`], which [`Scene::open`] calls: the builder does not check it, and the picture of an invalid scene
+    /// can be wrong.
     pub fn builder(scene: &Scene) -> RendererBuilder<'_> {
         RendererBuilder::new(scene)
     }

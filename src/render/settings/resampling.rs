@@ -103,10 +103,12 @@ pub struct Spatial {
     #[schemars(range(min = 0, max = 16))]
     pub neighbours: u32,
     /// Maximum number of neighbours that a pixel merges in the first pass if its surface has no history. This is so in the
-    /// first frame, on surfaces that the previous frame did not show, and everywhere with `temporal.confidence_cap=0`. If
-    /// `neighbours` is larger, the maximum is `neighbours` here too. No effect unless `reuse=spatiotemporal`, and none with
-    /// `mis=balance`. Higher: less noise on these surfaces. Cost: as for `neighbours`, in all pixels of the first frame and
-    /// few pixels of later frames. Unbiased at any value.
+    /// first frame, on surfaces that the previous frame did not show, and everywhere with `temporal.confidence_cap=0`. With
+    /// `--jitter on`, it is also so in a part of the pixels of every frame, even if nothing moves: the previous frame showed
+    /// another surface at their random points. If `neighbours` is larger, the maximum is `neighbours` here too. No effect
+    /// unless `reuse=spatiotemporal`, and none with `mis=balance`. Higher: less noise on these surfaces. Cost: as for
+    /// `neighbours`, in all pixels of the first frame, and in the pixels without history of later frames. Unbiased at any
+    /// value.
     #[schemars(range(min = 0, max = 16))]
     pub neighbours_without_history: u32,
     /// Radius of the disc around a pixel in which its neighbours are drawn; half of them are drawn within a quarter of the
