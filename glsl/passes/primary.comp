@@ -36,7 +36,11 @@ void main() {
     if (hit.instance != NONE) {
         Surface surface = surface_at(hit, ray);
         float cosine = max(-dot(ray.direction, surface.shading_normal), 0.0);
-        Bsdf bsdf = make_bsdf(surface.material, cosine);
+        vec3 tangent, bitangent;
+        tangent_frame(surface.shading_normal, tangent, bitangent);
+        vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
+                              dot(ray.direction, surface.shading_normal));
+        Bsdf bsdf = make_bsdf(surface.material, surface.layers, outgoing);
         seen = PrimarySurface(albedo_of(bsdf, cosine), surface.shading_normal,
                               hit.t, surface.instance,
                               motion_of(surface.position - frame.at.view.camera.position,
