@@ -41,10 +41,12 @@ void main() {
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
                               dot(ray.direction, surface.shading_normal));
         Bsdf bsdf = make_bsdf(surface.material, surface.layers, outgoing);
+        vec3 before = SURFACES_NAMED
+            ? previous_point(hit.instance, hit.primitive, clamp(hit.barycentrics, 0.0, 1.0), surface.position)
+            : previous_point(surface.instance, surface.position);
         seen = PrimarySurface(albedo_of(bsdf, cosine), surface.shading_normal,
                               hit.t, surface.instance,
-                              motion_of(surface.position - frame.at.view.camera.position,
-                                        previous_point(surface.instance, surface.position) - previous_camera.at.position));
+                              motion_of(surface.position - frame.at.view.camera.position, before - previous_camera.at.position));
     }
     primary.at[index] = seen;
 }

@@ -88,11 +88,23 @@ uvec2 pack_material(GpuMaterial material, uint index, vec3 numbers) {
                  (color.z >> 8u) | (metallic << 4u) | (roughness << 16u) | ((material.flags & MATERIAL_VARIES) != 0u ? 1u << 31u : 0u));
 }
 
+// Where surfaces are named, sample data hold the device's instance, the triangle and the barycentric weights of the point.
+// Materials, textures and owners of triangles are the same in both epochs.
+vec2 named_weights(SampleData data) { return uintBitsToFloat(data.variation_or_weights); }
+
+TriangleOwner named_owner(SampleData data) { return triangle_owner(load_instances(data.instance), data.material_or_primitive); }
+
+uint material_index(SampleData data) { return SURFACES_NAMED ? named_owner(data).material : data.material_or_primitive; }
+
 // The material of a primary surface.
 GpuMaterial unpack_material(SampleData data) {
-    GpuMaterial material = material_at(data.material);
+    if (SURFACES_NAMED) {
+        if (!VARIES) return material_at(material_index(data));
+        return material_at(material_index(data), load_instances(data.instance), data.material_or_primitive, named_weights(data));
+    }
+    GpuMaterial material = material_at(data.material_or_primitive);
     if (!VARIES) return material;
-    uvec2 p = data.packed_material;
+    uvec2 p = data.variation_or_weights;
     if (has_specular_textures(material)) {
         unpack_specular_material(p, material);
         return material;
@@ -107,13 +119,16 @@ GpuMaterial unpack_material(SampleData data) {
     return material;
 }
 
-// `numbers` in [0, 1) round its colour; a pixel's are the same in every frame, so that a surface at rest stays the same.
-SampleData pack_sample_data(Surface surface, Ray ray, vec3 numbers) {
+// The surface at a ray's hit. `numbers` in [0, 1) round its colour; a pixel's are the same in every frame, so that a surface at rest
+// stays the same.
+SampleData pack_sample_data(Surface surface, Hit hit, Ray ray, vec3 numbers) {
     // The depth along the ray: camera, pixel and depth then give the position.
     vec3 normal = surface.geometric_normal;
     float clearance = surface.clearance;
     float depth = depth_along(ray.origin, ray.direction, surface.position, normal, clearance);
-    return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance),
+    uvec3 normals = pack_normals(normal, surface.shading_normal, clearance);
+    if (SURFACES_NAMED) return SampleData(depth, normals, hit.primitive, hit.instance, floatBitsToUint(clamp(hit.barycentrics, 0.0, 1.0)));
+    return SampleData(depth, normals,
                       surface.material_index, surface.instance, pack_material(surface.material, surface.material_index, numbers));
 }
 
@@ -144,5 +159,5 @@ ShadingPoint unpack_shading_point(SampleData data, Ray ray) {
     vec3 normal = geometric_normal(data);
     vec3 error = depth_along_error(ray.origin, ray.direction, data.depth, normal, clearance);
     return make_shading_point(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
-                       shading_normal(data), unpack_material(data), layers_at(data.material), ray.direction);
+                       shading_normal(data), unpack_material(data), layers_at(material_index(data)), ray.direction);
 }

@@ -7,13 +7,13 @@
 // The normal by which surfaces are compared: the shading normal, or, where a normal map turns that from pixel to pixel, the
 // geometric one.
 vec3 compared_normal(SampleData data) {
-    bool mapped = HAS_NORMAL_MAPS && material_at(data.material).normal_texture != NONE;
+    bool mapped = HAS_NORMAL_MAPS && material_at(material_index(data)).normal_texture != NONE;
     return mapped ? geometric_normal(data) : shading_normal(data);
 }
 
 // Whether surface b, seen along `ray_b`, is similar to one with this material, normal and distance to `eye`.
 bool is_similar(uint material, vec3 normal, float depth, vec3 eye, SampleData b, Ray ray_b) {
-    if (!has_surface(b) || (restir.at.reuse.same_material != 0u && material != b.material)) return false;
+    if (!has_surface(b) || (restir.at.reuse.same_material != 0u && material != material_index(b))) return false;
     if (dot(normal, compared_normal(b)) < restir.at.reuse.min_normal_cosine) return false;
     return abs(distance(surface_position(b, ray_b), eye) - depth) <= restir.at.reuse.depth_tolerance * depth;
 }
@@ -27,5 +27,5 @@ bool is_similar(SampleData a, Ray ray_a, SampleData b, Ray ray_b) {
         eye = eye_of(restir.at.view.camera, position);
         depth = distance(position, eye);
     }
-    return is_similar(a.material, compared_normal(a), depth, eye, b, ray_b);
+    return is_similar(material_index(a), compared_normal(a), depth, eye, b, ray_b);
 }

@@ -66,6 +66,19 @@ bool shift(uint from, uint to, ShadingPoint there, inout Sample value, out Shift
 #define MERGE_EMPTY empty_reservoir(0.0)
 #include "restir/merge.glsl"
 
+// Where the surface of a pixel was in the previous frame.
+vec3 previous_position(SampleData data, Ray ray) {
+    vec3 position = surface_position(data, ray);
+    if (SURFACES_NAMED) return previous_point(data.instance, data.material_or_primitive, named_weights(data), position);
+    return previous_point(data.instance, position);
+}
+
+vec3 previous_compared_normal(SampleData data) {
+    vec3 normal = compared_normal(data);
+    if (SURFACES_NAMED) return previous_normal(data.instance, data.material_or_primitive, normal);
+    return previous_normal(data.instance, normal);
+}
+
 // Merges the pixel of this invocation.
 void merge_history() {
     uvec2 pixel = invocation_pixel();
@@ -75,7 +88,7 @@ void merge_history() {
     if (!has_surface(data)) return;
     Ray ray = primary_ray(pixel);
     // Reprojection: where the surface was, and which pixel showed it.
-    vec3 position = previous_point(data.instance, surface_position(data, ray));
+    vec3 position = previous_position(data, ray);
     vec2 at;
     if (!project(restir.at.previous_camera, position - restir.at.previous_camera.position, vec2(picture_size()), at)) return;
     // Before the conversion to integers, which is undefined beyond their range.
@@ -85,8 +98,8 @@ void merge_history() {
     SampleData previous = LOAD_SAMPLE_DATA(previous_sample_data, previous_slot);
     Ray previous_ray = previous_primary_ray(uvec2(before));
     if (MOVES) {
-        vec3 normal = previous_normal(data.instance, compared_normal(data)), eye = eye_of(restir.at.previous_camera, position);
-        if (!is_similar(data.material, normal, distance(position, eye), eye, previous, previous_ray)) return;
+        vec3 normal = previous_compared_normal(data), eye = eye_of(restir.at.previous_camera, position);
+        if (!is_similar(material_index(data), normal, distance(position, eye), eye, previous, previous_ray)) return;
     } else if (!is_similar(data, ray, previous, previous_ray)) {
         return;
     }

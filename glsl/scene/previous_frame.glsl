@@ -2,6 +2,7 @@
 // The previous frame: where surface points were, and what was visible.
 #include "scene/geometry.glsl"
 #include "scene/trace.glsl"
+#include "scene/triangle_point.glsl"
 
 // Where a point of an instance was. The instance is given by its index in the scene.
 vec3 previous_point(uint instance, vec3 point) {
@@ -18,6 +19,39 @@ vec3 previous_normal(uint instance, vec3 normal) {
     if (dot(columns[0], x) < 0.0) transformed = -transformed;
     float size = max_component(abs(transformed));
     return size > 0.0 ? normalize(transformed / size) : vec3(0.0);
+}
+
+// Where a point of a triangle was, also if the corners moved on their own. The triangle is given by the device's instance, the
+// point by its position and its barycentric weights. By the difference, because a point that rests then stays to the bit.
+vec3 previous_point(uint instance, uint primitive, vec2 weights, vec3 point) {
+    if (!MOVES) return point;
+    vec3 now = triangle_point(instance_at(instance, CURRENT), primitive, weights).position;
+    return point + (triangle_point(instance_at(instance, PREVIOUS), primitive, weights).position - now);
+}
+
+// A triangle's axes in the world: along its first edge, its normal, and across both. False if the triangle is a line or a point.
+bool triangle_axes(uint instance, uint primitive, uint epoch, out mat3 axes) {
+    GpuInstance of = instance_at(instance, epoch);
+    vec3 a, b, c;
+    triangle_corners(of.first_triangle + primitive, a, b, c);
+    vec3 edge1 = transform_vector(of.object_to_world, b - a), edge2 = transform_vector(of.object_to_world, c - a);
+    // Scaled to their own size, because squares of areas leave the range of f32.
+    edge1 /= max(max_component(abs(edge1)), TINY);
+    edge2 /= max(max_component(abs(edge2)), TINY);
+    vec3 normal = cross(edge1, edge2);
+    if (!(dot(normal, normal) > 0.0)) return false;
+    axes[0] = normalize(edge1);
+    axes[1] = normalize(normal);
+    axes[2] = cross(axes[0], axes[1]);
+    return true;
+}
+
+// A normal that turned with its triangle, or 0 if the triangle was flat in one of the frames.
+vec3 previous_normal(uint instance, uint primitive, vec3 normal) {
+    if (!MOVES) return normal;
+    mat3 now, before;
+    if (!triangle_axes(instance, primitive, CURRENT, now) || !triangle_axes(instance, primitive, PREVIOUS, before)) return vec3(0.0);
+    return before * (normal * now);
 }
 
 #if TRACE_RAY_QUERY

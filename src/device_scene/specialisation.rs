@@ -35,6 +35,8 @@ impl GpuScene {
             // Not in motion, where a point keeps its weights while the plane changes.
             has_large_triangles: requires.large_triangles && !self.moves(),
             has_double_sided_lights: full || requires.double_sided_emitters,
+            // This code would read more memory.
+            surfaces_named: requires.named_surfaces,
             stack_size: self.stack_size,
             moves: self.moves(),
             previous_root: self.previous_root(),

@@ -72,6 +72,9 @@ pub struct Requirements {
     /// moves, samples of indirect light then store points as coordinates in the triangle's plane. If
     /// something moves, they still store barycentric weights.
     pub large_triangles: bool,
+    /// True if shaders need more of a primary surface than its material, its textures' values and its normals. The stored
+    /// surface then names its triangle and a point on it, from which everything else is read again.
+    pub named_surfaces: bool,
     /// True if some mesh has more than one part (a run of triangles with one material). For reports only.
     pub multi_part_meshes: bool,
     /// True if some mesh has more than one instance. For reports only.
@@ -177,6 +180,7 @@ impl Requirements {
             vertex_colors,
             smooth_normals,
             large_triangles,
+            named_surfaces,
             multi_part_meshes,
             shared_meshes,
             mirrored_instances,
@@ -205,6 +209,7 @@ impl Requirements {
             (unlit, "unlit surfaces"),
             (culled, "backs that the camera does not see"),
             (large_triangles, "large triangles"),
+            (named_surfaces, "surfaces that are named by their triangles"),
             (multi_part_meshes, "meshes of several parts"),
             (shared_meshes, "shared meshes"),
             (mirrored_instances, "mirrored instances"),
@@ -383,6 +388,7 @@ mod tests {
             vertex_colors: true,
             smooth_normals: true,
             large_triangles: false,
+            named_surfaces: false,
             multi_part_meshes: true,
             shared_meshes: true,
             mirrored_instances: true,

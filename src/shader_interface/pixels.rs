@@ -46,16 +46,19 @@ crate::gpu_struct! {
         /// itself.
         pub packed_normals: UVec3,
         /// Index of the surface's material in the buffer `materials`, from which shaders read the BSDF of the
-        /// surface.
-        pub material: u32,
-        /// Index in the scene of the instance to which the surface belongs; NONE = the pixel shows no surface.
+        /// surface. If surfaces are named (`Specialisation::surfaces_named`), it is the index of the surface's triangle in its
+        /// mesh instead, in the order in which the device stores the mesh.
+        pub material_or_primitive: u32,
+        /// Index in the scene of the instance to which the surface belongs; NONE = the pixel shows no surface. If surfaces are
+        /// named, it is the index in the buffer `instances`.
         pub instance: u32,
         /// Base colour (3 × 12 bits, as square roots), metalness (12 bits) and roughness (15 bits) at this point, with
         /// textures and vertex colours applied. The highest bit is set if a texture or vertex colours change the base
         /// colour. In scenes without textures and vertex colours all bits are 0, and shaders read the three values from the
         /// material in the buffer `materials`. A material with specular textures has fewer bits for each of them and, in the
-        /// remaining bits, the factors of these textures.
-        pub packed_material: UVec2,
+        /// remaining bits, the factors of these textures. If surfaces are named, the two words are instead the barycentric
+        /// weights of the second and the third corner of the triangle, as f32 in [0, 1].
+        pub variation_or_weights: UVec2,
     }
 }
 

@@ -74,6 +74,10 @@ crate::gpu_specialisation! {
         /// current frame and after them all elements of the previous frame, so that shaders can also compute light and
         /// visibility as they were in the previous frame.
         pub moves: bool = false,
+        /// True if the stored primary surface of a pixel names its triangle and a point on it. Shaders then read material,
+        /// textures and the corners of the triangle again from the scene. If false, it stores the index of the material and
+        /// what textures change of it, which is faster to read.
+        pub surfaces_named: bool = false,
         /// Index, in the buffer `nodes`, of the root of the tree over the instances as they were in the previous frame. The
         /// compute tracer uses it to test visibility in that frame. 0 if nothing moves.
         pub previous_root: u32 = 0,

@@ -220,8 +220,8 @@ fn primary_surfaces_keep_their_colour_on_average() {
             vec3 sum = vec3(0.0), low = vec3(0.0);
             for (uint i = 0u; i < 4096u; i += 1u) {
                 SampleData data;
-                data.material = 0u;
-                data.packed_material = pack_material(material, 0u, vec3(float(i) / 4096.0));
+                data.material_or_primitive = 0u;
+                data.variation_or_weights = pack_material(material, 0u, vec3(float(i) / 4096.0));
                 pair_add(sum, low, unpack_material(data).base_color);
             }
             x.xyz = floatBitsToUint((sum + low) / 4096.0);",
@@ -443,8 +443,8 @@ fn primary_surfaces_keep_their_specular_textures_on_average() {
             vec3 f0 = vec3(0.0), f0_low = vec3(0.0), f90 = vec3(0.0), f90_low = vec3(0.0);
             for (uint i = 0u; i < 4096u; i += 1u) {
                 SampleData data;
-                data.material = a.x;
-                data.packed_material = pack_material(material, a.x, to_unit(pcg4d(uvec4(i, 1u, 2u, 3u))).xyz);
+                data.material_or_primitive = a.x;
+                data.variation_or_weights = pack_material(material, a.x, to_unit(pcg4d(uvec4(i, 1u, 2u, 3u))).xyz);
                 GpuMaterial found = unpack_material(data);
                 pair_add(f0, f0_low, found.dielectric_f0);
                 pair_add(f90, f90_low, vec3(found.dielectric_f90));

@@ -3,6 +3,7 @@
 
 mod bias;
 mod moments;
+mod named;
 mod study;
 #[path = "../support/mod.rs"]
 mod support;

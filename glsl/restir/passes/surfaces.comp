@@ -21,7 +21,7 @@ void main() {
     vec3 emission = vec3(0.0);
     if (hit.instance != NONE) {
         Surface surface = surface_at(hit, ray);
-        data = pack_sample_data(surface, ray, to_unit(pcg4d(uvec4(pixel, 0u, 0u))).xyz);
+        data = pack_sample_data(surface, hit, ray, to_unit(pcg4d(uvec4(pixel, 0u, 0u))).xyz);
         emission = unlit_radiance(hit);
         if (surface.light != NONE) {
             GpuLight light = light_at(surface.light, CURRENT);
