@@ -26,10 +26,11 @@ struct BsdfSample {
     bool valid;
 };
 
-// The BSDF for an outgoing direction with this cosine to the shading normal.
-Bsdf make_bsdf(GpuMaterial material, float cosine_out) {
+// The BSDF of a material and its layers for one outgoing direction.
+Bsdf make_bsdf(GpuMaterial material, Layers layers, vec3 outgoing) {
     Bsdf bsdf;
-#define LOBE_MAKE(TYPE, NAME, DELTA) make_lobe(material, cosine_out, bsdf.NAME);
+    float cosine_out = max(outgoing.z, 0.0);
+#define LOBE_MAKE(TYPE, NAME, DELTA) make_lobe(material, layers, outgoing, bsdf.NAME);
     BSDF_LOBES(LOBE_MAKE)
     // What the lobes from one to the bottom are expected to reflect; `left` begins with the sum over all.
     float left = 0.0, below = 1.0;

@@ -7,7 +7,7 @@ struct DiffuseLobe {
     vec3 color;
 };
 
-void make_lobe(GpuMaterial material, float cosine_out, out DiffuseLobe lobe) {
+void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out DiffuseLobe lobe) {
     lobe.color = material.base_color * (1.0 - material.metallic);
 }
 

@@ -3,7 +3,8 @@
 // BSDF_LOBES registers it. A lobe reflects what the lobes above it let through; `below` is that fraction.
 //
 //   float choice                          member: the probability of sampling the lobe once no lobe above it was selected
-//   make_lobe(material, cosine_out, lobe) sets every member but `choice`
+//   make_lobe(material, layers, outgoing, lobe)
+//                                         sets every member but `choice`
 //   reflects(lobe)                        false for a lobe that the material does not have
 //   passes(lobe, cosine)                  the fraction of light that reaches the lobes below
 //   expected(lobe, below, cosine)         luminance that it reflects, approximately: decides how often it is sampled
@@ -18,6 +19,7 @@
 //                                         of a delta lobe: its direction, and the reflectance
 //   summarise(lobe, below, cosine, summary)
 //                                         adds the lobe to the summary by which light samplers compare lights
+#include "bsdf/layers.glsl"
 #include "core/math.glsl"
 
 // A BSDF in a few numbers: one matte lobe and one peak, for estimates of what a light contributes.

@@ -65,7 +65,7 @@ vec2 albedo_lookup(float cosine, float roughness) {
     return mix(near, far, f.y);
 }
 
-void make_lobe(GpuMaterial material, float cosine_out, out SpecularLobe lobe) {
+void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out SpecularLobe lobe) {
     lobe.dielectric_f0 = material.dielectric_f0;
     lobe.dielectric_f90 = material.dielectric_f90;
     lobe.metal_f0 = material.base_color;
@@ -76,6 +76,7 @@ void make_lobe(GpuMaterial material, float cosine_out, out SpecularLobe lobe) {
     lobe.metal_scale = vec3(1.0);
     lobe.passes = 1.0;
     if (HAS_SPECULAR && ENERGY_COMPENSATED) {
+        float cosine_out = max(outgoing.z, 0.0);
         vec2 parts;
         if (mirror) {
             parts.y = schlick(vec3(0.0), vec3(1.0), cosine_out).x;

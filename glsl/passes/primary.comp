@@ -36,7 +36,11 @@ void main() {
     if (hit.instance != NONE) {
         Surface surface = surface_at(hit, ray);
         float cosine = max(-dot(ray.direction, surface.shading_normal), 0.0);
-        Bsdf bsdf = make_bsdf(surface.material, cosine);
+        vec3 tangent, bitangent;
+        tangent_frame(surface.shading_normal, tangent, bitangent);
+        vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
+                              dot(ray.direction, surface.shading_normal));
+        Bsdf bsdf = make_bsdf(surface.material, surface.layers, outgoing);
         vec3 before = SURFACES_NAMED
             ? previous_point(hit.instance, hit.primitive, clamp(hit.barycentrics, 0.0, 1.0), surface.position)
             : previous_point(surface.instance, surface.position);

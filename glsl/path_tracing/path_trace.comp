@@ -217,7 +217,7 @@ void main() {
         tangent_frame(surface.shading_normal, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
                               dot(ray.direction, surface.shading_normal));
-        Bsdf bsdf = make_bsdf(surface.material, max(outgoing.z, 0.0));
+        Bsdf bsdf = make_bsdf(surface.material, surface.layers, outgoing);
 
         bool narrow = HAS_SPECULAR && narrow_probability(bsdf, NARROW_ALPHA) > 0.5;
 

@@ -9,7 +9,7 @@ ShadingPoint matte_point(vec3 position, vec3 normal) {
     material.dielectric_f0 = vec3(0.0);
     material.dielectric_f90 = 0.0;
     material.roughness = 1.0;
-    return make_shading_point(position, 0.0, 0.0, normal, normal, material, -normal);
+    return make_shading_point(position, 0.0, 0.0, normal, normal, material, NO_LAYERS, -normal);
 }
 
 ShadingPoint grid_point_shading(GpuGridPoint point) { return matte_point(point.position, unpack_octahedral(point.normal)); }

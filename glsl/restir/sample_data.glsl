@@ -159,5 +159,5 @@ ShadingPoint unpack_shading_point(SampleData data, Ray ray) {
     vec3 normal = geometric_normal(data);
     vec3 error = depth_along_error(ray.origin, ray.direction, data.depth, normal, clearance);
     return make_shading_point(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
-                       shading_normal(data), unpack_material(data), ray.direction);
+                       shading_normal(data), unpack_material(data), layers_at(material_index(data)), ray.direction);
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Access to the scene. `scene_buffers.glsl` is generated from the one declaration of scene buffers in Rust; it
 // reads each buffer through a descriptor, by address, or as texels, depending on the shader variant.
+#include "bsdf/layers.glsl"
 #include "scene_buffers.glsl"
 
 // Where something moves, the lights and instances of the previous frame follow those of the current frame in the
@@ -21,6 +22,14 @@ GpuMaterial material_at(uint index) {
     GpuMaterial material = load_materials(index);
     if (HAS_UNLIT && (material.flags & MATERIAL_UNLIT) != 0u) material.base_color = vec3(0.0);
     return material;
+}
+
+// The layers of a material without their textures.
+Layers layers_at(uint index) {
+    if (!HAS_LAYERS) return NO_LAYERS;
+    GpuMaterialLayers found = load_material_layers(scene.at.material_count + index);
+    return Layers(found.coat, found.coat_roughness, found.anisotropy, found.transmission, found.ior, found.absorption.x >= 0.0,
+                  max(found.absorption, vec3(0.0)), found.dispersion);
 }
 
 // A triangle's corners in object space.

@@ -37,7 +37,7 @@ vec3 to_world(ShadingPoint shading_point, vec3 direction) {
 
 // shading point for a viewer along the unit vector `direction`, with normals on the viewer's side.
 ShadingPoint make_shading_point(vec3 position, float clearance, float back_off, vec3 geometric_normal, vec3 shading_normal,
-                   GpuMaterial material, vec3 direction) {
+                   GpuMaterial material, Layers layers, vec3 direction) {
     ShadingPoint shading_point;
     shading_point.position = position;
     shading_point.clearance = clearance;
@@ -46,7 +46,7 @@ ShadingPoint make_shading_point(vec3 position, float clearance, float back_off, 
     shading_point.shading_normal = shading_normal;
     tangent_frame(shading_normal, shading_point.tangent, shading_point.bitangent);
     shading_point.outgoing = to_shading(shading_point, -direction);
-    shading_point.bsdf = make_bsdf(material, max(shading_point.outgoing.z, 0.0));
+    shading_point.bsdf = make_bsdf(material, layers, shading_point.outgoing);
     return shading_point;
 }
 

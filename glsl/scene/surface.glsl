@@ -23,6 +23,7 @@ struct Surface {
     uint material_index;
     // With its textures and vertex colours.
     GpuMaterial material;
+    Layers layers;
     // Index of the instance in the scene.
     uint instance;
     // NONE unless the triangle is a light.
@@ -96,6 +97,7 @@ Surface surface_at(Hit hit, Ray ray) {
     surface.position = point.position;
     surface.error = point.error;
     surface.material = material_at(owner.material, instance, hit.primitive, hit.barycentrics);
+    surface.layers = layers_at(owner.material);
     map_normal(point, surface.material, instance, hit.primitive, hit.barycentrics);
     face_viewer(point, surface.material, ray.direction, surface.geometric_normal, surface.shading_normal);
     surface.clearance = clearance_of(surface.geometric_normal, surface.error);

@@ -99,6 +99,7 @@ macro_rules! declare_contents {
                     environment_size: contents.environment_size,
                     environment_turn: contents.environment_turn,
                     instance_count: counts.instances as u32,
+                    material_count: counts.materials as u32,
                     textured_lights: counts.textured_lights.into(),
                     $($name: if addressed { $name.address_words()? } else { UVec2::ZERO },)*
                 };

@@ -1,12 +1,13 @@
 //! Materials and textures in the form in which shaders read them: radiances in the device's unit, alpha modes as numbers,
 //! and textures as indices.
 
+use super::units::Units;
 use crate::scene::lights::EmitterTriangle;
 use crate::scene::texture::{self, Image, Wrap};
-use crate::scene::{AlphaMode, Material, Scene, Texture};
+use crate::scene::{AlphaMode, Layers, Material, Scene, Texture};
 use crate::shader_interface::{
-    ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuTexture,
-    MATERIAL_CULLED, MATERIAL_SPECULAR_COLOR_TEXTURE, MATERIAL_SPECULAR_SHIFT,
+    ALPHA_BLEND, ALPHA_MASK, ALPHA_OPAQUE, GpuLightTexture, GpuMaterial, GpuMaterialLayers,
+    GpuTexture, MATERIAL_CULLED, MATERIAL_SPECULAR_COLOR_TEXTURE, MATERIAL_SPECULAR_SHIFT,
     MATERIAL_SPECULAR_TEXTURE, MATERIAL_UNLIT, NONE, TEXTURE_DEEP, TEXTURE_NEAREST, Textures,
     WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
 };
@@ -15,6 +16,7 @@ use glam::Vec3;
 /// The materials and textures of a scene, in the form in which they are uploaded into the device's buffers.
 pub struct Materials {
     /// One entry per material of the scene, in the same order. Its textures are indices into `textures`, or NONE.
+    /// If some material has a layer that is seen, as many entries follow, which are [`GpuMaterialLayers`].
     pub materials: Vec<GpuMaterial>,
     /// One entry for each use of an image by a material: the index of the image or of its first texel, its
     /// size, the transform of texture coordinates, and the wrap modes. With it, shaders find and read texels.
@@ -29,10 +31,10 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Converts the materials of a scene. `radiance` is the radiance, in the scene's unit, that is stored as 1 on the
-    /// device. `read` states whether shaders read textures from images or from a buffer. Accordingly, [`GpuTexture::index`]
+    /// Converts the materials of a scene. `units` are the device's units of length and radiance.
+    /// `read` states whether shaders read textures from images or from a buffer. Accordingly, [`GpuTexture::index`]
     /// is the index of an image, or that of the image's first texel in the buffer.
-    pub fn of(scene: &Scene, radiance: f64, read: Textures) -> Self {
+    pub fn of(scene: &Scene, units: &Units, read: Textures) -> Self {
         let table = linear_of_srgb().take(table_length(scene));
         let mut texels: Vec<u32> = table.map(f32::to_bits).collect();
         let mut indices = Vec::with_capacity(scene.images.len());
@@ -63,7 +65,7 @@ impl Materials {
             textures.len() as u32 - 1
         };
         let materials = scene.materials.iter().map(|material| {
-            let plain = gpu_material(material, radiance);
+            let plain = gpu_material(material, units.radiance);
             GpuMaterial {
                 base_color_texture: texture(&material.base_color_texture),
                 metallic_roughness_texture: texture(&material.metallic_roughness_texture),
@@ -76,10 +78,15 @@ impl Materials {
                 ..plain
             }
         });
-        let materials = materials.collect();
+        let mut materials: Vec<GpuMaterial> = materials.collect();
         let emissive = scene.materials.iter();
         let emissive = emissive.map(|material| texture(&material.emissive_texture));
         let emissive = emissive.collect();
+        if scene.has_layers() {
+            let layers = scene.materials.iter();
+            let layers = layers.map(|material| gpu_layers(material, units.length, &mut texture));
+            materials.extend(layers.map(bytemuck::cast::<GpuMaterialLayers, GpuMaterial>));
+        }
         Self {
             materials,
             textures,
@@ -205,6 +212,53 @@ pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
         normal_scale: material.normal_scale,
         alpha_mode,
         alpha,
+    }
+}
+
+/// Converts the layers of a material to the form that shaders read. `length` is the length, in the scene's unit, that is
+/// stored as 1 on the device. `texture` stores a texture and returns its index on the device, or NONE.
+pub fn gpu_layers(
+    material: &Material,
+    length: f64,
+    mut texture: impl FnMut(&Option<Texture>) -> u32,
+) -> GpuMaterialLayers {
+    let Layers {
+        coat,
+        anisotropy,
+        transmission,
+        volume,
+        dispersion,
+    } = &material.layers;
+    let has_volume = volume.thickness > 0.0;
+    let absorption = |color: f32| {
+        if !has_volume {
+            return -1.0;
+        }
+        // A colour of 0 would need an infinite coefficient.
+        let density = -f64::from(color.max(f32::MIN_POSITIVE)).ln();
+        let absorbed = density * length / f64::from(volume.attenuation_distance);
+        absorbed.min(f32::MAX.into()) as f32
+    };
+    let color = volume.attenuation_color;
+    GpuMaterialLayers {
+        coat: coat.factor,
+        coat_roughness: coat.roughness,
+        anisotropy: anisotropy.strength,
+        transmission: transmission.factor,
+        anisotropy_rotation: anisotropy.rotation,
+        ior: material.ior,
+        absorption: Vec3::new(
+            absorption(color.x),
+            absorption(color.y),
+            absorption(color.z),
+        ),
+        dispersion: *dispersion,
+        coat_texture: texture(&coat.texture),
+        coat_roughness_texture: texture(&coat.roughness_texture),
+        coat_normal_texture: texture(&coat.normal_texture),
+        coat_normal_scale: coat.normal_scale,
+        anisotropy_texture: texture(&anisotropy.texture),
+        transmission_texture: texture(&transmission.texture),
     }
 }
 

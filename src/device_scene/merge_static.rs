@@ -83,6 +83,8 @@ pub struct ElementCounts {
     pub instances: u64,
     /// The number of materials in the scene; each has one entry in the buffer `materials`.
     pub materials: u64,
+    /// True if some material of the scene has a layer that is seen. The layers of all materials are then stored.
+    pub layers: bool,
     /// The number of uses of an image by a material; each use has one entry in the buffer `textures`.
     pub textures: u64,
     /// The number of entries of the texels of all images together, from which the size of the buffer `texels` follows if
@@ -126,6 +128,7 @@ impl ElementCounts {
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
         let mut counts = Self {
             materials: scene.materials.len() as u64,
+            layers: scene.has_layers(),
             textures: (scene.materials.iter())
                 .map(|m| m.textures().count() as u64)
                 .sum(),

@@ -115,7 +115,7 @@ impl GpuScene {
             instances: pose.instances.len() as u64,
             ..ElementCounts::of(scene)
         };
-        let materials = Materials::of(&traced.scene, units.radiance, variant.textures);
+        let materials = Materials::of(&traced.scene, &units, variant.textures);
         let light_textures = match counts.textured_lights {
             true => materials.of_lights(poser.emitter_triangles()),
             false => Vec::new(),

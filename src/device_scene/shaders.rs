@@ -193,7 +193,7 @@ mod tests {
     use crate::shader_interface::Specialisation;
     use crate::shader_interface::declare::{GpuStruct, SpecialisationConstant};
     use crate::shader_interface::{BUFFERS, Elements};
-    use crate::shader_interface::{GpuLightEntry, GpuLightNode, STRUCTS};
+    use crate::shader_interface::{GpuLightEntry, GpuLightNode, GpuMaterialLayers, STRUCTS};
     use std::collections::BTreeSet;
 
     /// The hash of the pass that renders references must change if a file that the pass includes changes, and must not
@@ -240,9 +240,13 @@ mod tests {
         let is_record = |name: &str| {
             let mut elements = BUFFERS.iter().map(|access| &access.elements);
             elements.any(|e| matches!(e, Elements::Records(layout) if layout.name == name))
-                || [GpuLightNode::LAYOUT, GpuLightEntry::LAYOUT]
-                    .iter()
-                    .any(|layout| layout.name == name)
+                || [
+                    GpuLightNode::LAYOUT,
+                    GpuLightEntry::LAYOUT,
+                    GpuMaterialLayers::LAYOUT,
+                ]
+                .iter()
+                .any(|layout| layout.name == name)
         };
         for layout in STRUCTS {
             assert!(

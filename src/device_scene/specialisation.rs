@@ -25,6 +25,10 @@ impl GpuScene {
             has_unlit: full || requires.unlit,
             // This code would trace more rays.
             has_culled: requires.culled,
+            // Where no material has a layer, there is no buffer to read.
+            has_coat: requires.coat,
+            has_anisotropy: requires.anisotropy,
+            has_transmission: requires.transmission,
             has_environment: full || requires.environment,
             has_punctual_lights: full || requires.punctual_lights > 0,
             has_vertex_colors: full || requires.vertex_colors,

@@ -6,8 +6,8 @@ use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
 use super::texture::Wrap;
 use super::{
-    AlphaMode, Camera, Environment, Image, Instance, Material, Mesh, PunctualLight, PunctualShape,
-    Scene, Texture,
+    AlphaMode, Camera, Environment, Image, Instance, Layers, Material, Mesh, PunctualLight,
+    PunctualShape, Scene, Texture,
 };
 use glam::DAffine3;
 
@@ -298,6 +298,7 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
         specular_texture,
         specular_color_texture,
         ior,
+        layers,
         unlit,
         emission,
         emissive_texture,
@@ -342,6 +343,37 @@ fn hash_material(hasher: &mut blake3::Hasher, material: &Material) {
     }
     if normal_texture.is_some() {
         hasher.update(bytemuck::bytes_of(normal_scale));
+    }
+    if *layers != Layers::default() {
+        hash_layers(hasher, layers);
+    }
+}
+
+fn hash_layers(hasher: &mut blake3::Hasher, layers: &Layers) {
+    let Layers {
+        coat,
+        anisotropy,
+        transmission,
+        volume,
+        dispersion,
+    } = layers;
+    hasher.update(b"layers\0");
+    hasher.update(bytemuck::bytes_of(&[
+        coat.factor,
+        coat.roughness,
+        coat.normal_scale,
+        anisotropy.strength,
+        anisotropy.rotation,
+        transmission.factor,
+        volume.thickness,
+        volume.attenuation_distance,
+        *dispersion,
+    ]));
+    hasher.update(bytemuck::bytes_of(&volume.attenuation_color));
+    for (kind, texture) in layers.textures() {
+        if let Some(texture) = texture {
+            hash_texture(hasher, kind.as_bytes(), texture);
+        }
     }
 }
 

@@ -9,6 +9,7 @@ pub mod camera;
 mod content_hash;
 mod darkness;
 pub mod environment;
+pub mod layers;
 pub mod lights;
 pub mod limits;
 pub mod motion;
@@ -22,6 +23,7 @@ pub mod validate;
 
 pub use bounds::Bounds;
 pub use environment::Environment;
+pub use layers::Layers;
 pub use motion::{Motion, MovingCamera};
 pub use punctual::{PunctualLight, PunctualShape};
 pub use texture::{Image, Texture};
@@ -76,8 +78,8 @@ pub struct Mesh {
     /// alpha. Empty if the mesh has no vertex colours.
     pub colors: Vec<Vec4>,
     /// Unit tangents along u in object space, one per position. The component w is the sign of the bitangent, which is w ·
-    /// (normal × tangent). Empty if no material of the mesh has a normal map. A vertex whose material has no normal map may
-    /// have the tangent 0.
+    /// (normal × tangent). Empty if no material of the mesh has a normal map or an anisotropic lobe. A vertex whose material
+    /// has neither may have the tangent 0.
     pub tangents: Vec<Vec4>,
     /// Two sets of texture coordinates, each with one entry per position; [`Texture::set`] says which set a texture uses. A
     /// set that no texture uses can be empty.
@@ -176,6 +178,8 @@ pub struct Material {
     /// Index of refraction of a dielectric: at least 1, or 0 for a dielectric that reflects all light at normal incidence (a
     /// convention of glTF). Above 1, a higher index reflects more.
     pub ior: f32,
+    /// Clear coat, anisotropy, transmission, volume and dispersion. The default has none of them.
+    pub layers: Layers,
     /// True if the camera sees the base colour as radiance, independent of all lights, and all other rays see
     /// a black surface (`KHR_materials_unlit`).
     pub unlit: bool,
@@ -212,6 +216,7 @@ impl Default for Material {
             specular_texture: None,
             specular_color_texture: None,
             ior: 1.5,
+            layers: Layers::default(),
             unlit: false,
             emission: Vec3::ZERO,
             emissive_texture: None,
@@ -256,8 +261,8 @@ impl Material {
             ("specular colour texture", &self.specular_color_texture),
             ("emissive texture", &self.emissive_texture),
         ];
-        textures
-            .into_iter()
+        (textures.into_iter())
+            .chain(self.layers.textures())
             .filter_map(|(name, texture)| Some((name, texture.as_ref()?)))
     }
 
@@ -271,6 +276,18 @@ impl Material {
     /// True if a texture changes the specular reflection of the dielectric from point to point.
     pub fn has_specular_textures(&self) -> bool {
         self.specular_texture.is_some() || self.specular_color_texture.is_some()
+    }
+
+    /// The set of texture coordinates, 0 or 1, whose u is the direction of the tangents that the material needs for a normal
+    /// map or an anisotropic lobe; `None` if it needs no tangents.
+    pub fn tangent_set(&self) -> Option<u32> {
+        let Layers {
+            coat, anisotropy, ..
+        } = &self.layers;
+        let maps = self.normal_texture.or(coat.normal_texture);
+        let directed = anisotropy.strength > 0.0;
+        maps.or(anisotropy.texture)
+            .map_or(directed.then_some(0), |texture| Some(texture.set))
     }
 
     /// True if `emission` is above 0 in some channel, so that the surface's triangles can be lights. The emissive texture is

@@ -99,7 +99,7 @@ impl Mesh {
     }
 
     /// Makes tangents unit vectors, and sets w, the sign of the bitangent, to −1 or 1. A tangent shorter than 0.001 has no
-    /// usable direction and becomes 0; [`Mesh::make_tangents`] later computes a new one if the material has a normal map.
+    /// usable direction and becomes 0; [`Mesh::make_tangents`] later computes a new one if the material needs it.
     fn normalize_tangents(&mut self) {
         for tangent in &mut self.tangents {
             // In f32 the square of a length above 1e19 overflows.

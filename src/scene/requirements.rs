@@ -30,6 +30,14 @@ pub struct Requirements {
     /// True if some surface with a specular lobe may be treated as a perfect mirror: its roughness is below
     /// [`MIRROR_ROUGHNESS`], or it has a metallic-roughness texture, which may lower the roughness. For reports only.
     pub near_delta: bool,
+    /// True if some surface has a clear coat; otherwise shaders leave out the lobe of the coat.
+    pub coat: bool,
+    /// True if some surface has a specular lobe that is wider in one direction; otherwise shaders assume lobes that are
+    /// equally wide in all directions.
+    pub anisotropy: bool,
+    /// True if light passes through some surface by transmission; otherwise shaders assume opaque surfaces, apart from
+    /// alpha.
+    pub transmission: bool,
     /// True if some material has a base colour or metallic-roughness texture; otherwise shaders do not read them.
     pub textures: bool,
     /// True if some material has a texture of its specular reflection; otherwise shaders do not read them.
@@ -129,7 +137,12 @@ impl Requirements {
                 required.unlit |= material.unlit;
                 required.culled |= material.culled;
                 required.normal_maps |= material.normal_texture.is_some();
-                required.specular |= material.has_specular_lobe();
+                required.specular |=
+                    material.has_specular_lobe() || material.layers.coat.factor > 0.0;
+                required.coat |= material.layers.coat.factor > 0.0;
+                required.anisotropy |=
+                    material.has_specular_lobe() && material.layers.anisotropy.strength > 0.0;
+                required.transmission |= material.layers.transmission.factor > 0.0;
                 // A texture can give any point a low roughness.
                 let smooth = material.roughness < MIRROR_ROUGHNESS
                     || material.metallic_roughness_texture.is_some();
@@ -151,6 +164,9 @@ impl Requirements {
             environment,
             specular,
             near_delta,
+            coat,
+            anisotropy,
+            transmission,
             textures,
             specular_textures,
             deep_textures,
@@ -178,6 +194,9 @@ impl Requirements {
             (environment, "environment"),
             (specular, "specular lobes"),
             (near_delta, "mirrors"),
+            (coat, "clear coats"),
+            (anisotropy, "anisotropic lobes"),
+            (transmission, "transmission"),
             (textures, "textures"),
             (specular_textures, "specular textures"),
             (deep_textures, "16-bit textures"),
@@ -241,6 +260,11 @@ impl Scene {
         self.count_emissive(&Emitters::new(self, &self.emitter_materials()))
     }
 
+    /// True if some material has a layer that is seen. The layers of all materials are then stored on the device.
+    pub fn has_layers(&self) -> bool {
+        self.materials.iter().any(|m| m.layers.are_seen())
+    }
+
     fn count_emissive(&self, emitters: &Emitters<'_>) -> u64 {
         self.count_triangles(|mesh| {
             let parts = mesh.parts.iter();
@@ -259,7 +283,8 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Instance, Motion, Part, PunctualLight, Texture};
+    use super::super::layers::{Anisotropy, Coat, Transmission};
+    use super::super::{Instance, Layers, Motion, Part, PunctualLight, Texture};
     use super::*;
     use glam::{DAffine3, DVec3, Vec3, Vec4};
 
@@ -299,6 +324,21 @@ mod tests {
             double_sided: true,
             culled: true,
             roughness: 0.0,
+            layers: Layers {
+                coat: Coat {
+                    factor: 0.5,
+                    ..Coat::default()
+                },
+                anisotropy: Anisotropy {
+                    strength: 0.5,
+                    ..Anisotropy::default()
+                },
+                transmission: Transmission {
+                    factor: 0.5,
+                    ..Transmission::default()
+                },
+                ..Layers::default()
+            },
             unlit: true,
             base_color_texture: Some(Texture::plain(0)),
             specular_texture: Some(Texture::plain(0)),
@@ -332,6 +372,9 @@ mod tests {
             environment: true,
             specular: true,
             near_delta: true,
+            coat: true,
+            anisotropy: true,
+            transmission: true,
             textures: true,
             specular_textures: true,
             deep_textures: false,

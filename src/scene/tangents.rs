@@ -1,4 +1,4 @@
-//! Computes the tangents that normal maps need, for triangles to which the file gives none. The method is MikkTSpace, which
+//! Computes the tangents that normal maps and anisotropic lobes need, for triangles to which the file gives none. The method is MikkTSpace, which
 //! glTF requires.
 
 use super::{Material, Mesh};
@@ -6,17 +6,14 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{Vec2, Vec3, Vec4};
 
 impl Mesh {
-    /// Computes tangents for each triangle that has a normal map but no tangent at one or more of its corners. A vertex
-    /// whose triangles need different tangents is duplicated. If no part of the mesh has a normal map, all tangents are
+    /// Computes tangents for each triangle whose material needs them but that has no tangent at one or more of its corners. A vertex
+    /// whose triangles need different tangents is duplicated. If no part of the mesh needs tangents, all of them are
     /// removed instead. The caller ensures that the mesh is valid and has no triangles without area.
     pub(crate) fn make_tangents(&mut self, materials: &[Material]) {
         let mapped = self.parts.iter().filter_map(|part| {
-            let texture = materials[part.material as usize].normal_texture?;
+            let set = materials[part.material as usize].tangent_set()?;
             let first = part.first_triangle as usize;
-            Some((
-                first..first + part.triangle_count as usize,
-                texture.set as usize,
-            ))
+            Some((first..first + part.triangle_count as usize, set as usize))
         });
         let mapped: Vec<_> = mapped.collect();
         if mapped.is_empty() {
@@ -108,7 +105,9 @@ impl Geometry for Made<'_> {
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         // In glTF v points down, and the green of a normal map up.
-        let Vec2 { x, y } = self.mesh.uvs[self.set][self.vertex(face, corner)];
+        // Without texture coordinates all are the same.
+        let uvs = self.mesh.uvs[self.set].get(self.vertex(face, corner));
+        let Vec2 { x, y } = uvs.copied().unwrap_or_default();
         [x, 1.0 - y]
     }
 

@@ -1,6 +1,7 @@
 //! Checks the rules that every scene, loaded or generated, must fulfil before it is rendered, and repairs small faults.
 
 mod cameras;
+mod layers;
 mod materials;
 mod meshes;
 pub(crate) mod punctual;
@@ -322,7 +323,7 @@ mod tests {
                 |s| s.materials[0].specular_color.x = -1.0,
                 "specular colour",
             ),
-            (|s| s.materials[0].ior = 0.5, "index of refraction is 0.5"),
+            (|s| s.materials[0].ior = -0.5, "index of refraction is -0.5"),
             (
                 |s| s.materials[0].ior = f32::INFINITY,
                 "index of refraction",

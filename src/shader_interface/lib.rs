@@ -34,7 +34,8 @@ pub use pixels::{
 pub use rays::{RayBatch, RayHit, RayQuery};
 pub use scene::{
     GpuGridPoint, GpuGridSlot, GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode,
-    GpuLightTexture, GpuMaterial, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
+    GpuLightTexture, GpuMaterial, GpuMaterialLayers, GpuPreviousTransform, GpuPunctualLight,
+    GpuTexture,
 };
 pub use scene_buffers::{Access, BUFFERS, Elements, LIGHT_BVH, SceneTable};
 pub use specialisation::Specialisation;
@@ -49,6 +50,7 @@ pub const STRUCTS: &[StructLayout] = &[
     SceneTable::LAYOUT,
     GpuInstance::LAYOUT,
     GpuMaterial::LAYOUT,
+    GpuMaterialLayers::LAYOUT,
     GpuTexture::LAYOUT,
     GpuLight::LAYOUT,
     GpuPunctualLight::LAYOUT,

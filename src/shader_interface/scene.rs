@@ -100,6 +100,51 @@ crate::gpu_struct! {
 }
 
 crate::gpu_struct! {
+    /// The layers of a material: clear coat, anisotropy, transmission, volume and dispersion, as in the glTF extensions of
+    /// these names. In scenes where some material has a layer, those of all materials follow the materials in the buffer
+    /// `materials`, because some drivers bind at most 30 buffers. An element has the size of a [`GpuMaterial`].
+    pub struct GpuMaterialLayers {
+        /// Fraction of the surface that is coated, in [0, 1]; 0: there is no coat. Shaders scale the reflection of the coat
+        /// by it.
+        pub coat: f32,
+        /// Perceptual roughness of the coat in [0, 1]; its square is the width α of the coat's GGX lobe.
+        pub coat_roughness: f32,
+        /// Strength of the anisotropy in [0, 1]; 0: the specular lobe has the same width in all directions. Along its
+        /// direction, the width of the lobe is mixed with 1 by the square of the strength.
+        pub anisotropy: f32,
+        /// Angle in radians from the tangent, or from the direction of the anisotropy texture, to the direction in which the
+        /// specular lobe is wider, towards the bitangent.
+        pub anisotropy_rotation: f32,
+        /// Absorption coefficient of the volume per RGB channel, in 1 over the device's unit of length: light that travels the
+        /// distance d is multiplied by exp(−absorption · d). It is finite. All channels are −1 if the surface is a thin sheet
+        /// without a volume.
+        pub absorption: Vec3,
+        /// Index of refraction of the dielectric, at least 1, or 0 if it reflects all light. Transmitted light is refracted
+        /// by it.
+        pub ior: f32,
+        /// Fraction in [0, 1] of the light that the dielectric does not reflect and that passes through the surface; 0: the
+        /// diffuse lobe gets all of it.
+        pub transmission: f32,
+        /// Strength of the dispersion of the volume, at least 0: 20 divided by the Abbe number. 0: all colours have the same
+        /// index of refraction.
+        pub dispersion: f32,
+        /// Index in the buffer `textures` of the texture whose red channel multiplies `coat`; NONE without such a texture.
+        pub coat_texture: u32,
+        /// Index in the buffer `textures` of the texture whose green channel multiplies `coat_roughness`; NONE without one.
+        pub coat_roughness_texture: u32,
+        /// Index in the buffer `textures` of the coat's normal map; NONE: the coat has the normal of the mesh.
+        pub coat_normal_texture: u32,
+        /// Factor by which the red and green components of the coat's normal map are multiplied; 0 does not bend the normal.
+        pub coat_normal_scale: f32,
+        /// Index in the buffer `textures` of the texture whose red and green channels are the direction of the anisotropy in
+        /// the tangent frame, and whose blue channel multiplies `anisotropy`; NONE without such a texture.
+        pub anisotropy_texture: u32,
+        /// Index in the buffer `textures` of the texture whose red channel multiplies `transmission`; NONE without one.
+        pub transmission_texture: u32,
+    }
+}
+
+crate::gpu_struct! {
     /// A texture: one use of an image by a material. It states where the texels of the image are stored, and
     /// how texture coordinates are converted to positions in the image. Shaders need it to read the image at
     /// a point of a surface.

@@ -6,7 +6,7 @@
 use crate::declare::{GpuStruct, Member, StructLayout};
 use crate::{
     GpuInstance, GpuLight, GpuLightChoice, GpuLightEntry, GpuLightNode, GpuLightTexture,
-    GpuMaterial, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
+    GpuMaterial, GpuMaterialLayers, GpuPreviousTransform, GpuPunctualLight, GpuTexture,
 };
 use glam::{UVec2, Vec2};
 
@@ -86,8 +86,9 @@ macro_rules! scene_buffers {
             /// translated and scaled for precision; `GpuInstance::object_to_world` transforms them to the world.
             positions: [[Vec3; 3]] as Words; |c| c.triangles;
             /// All materials of the scene, in the order of the scene; shaders take the BSDF of a surface from them. A
-            /// material names its textures by their indices in the buffer `textures`.
-            materials: [GpuMaterial] as Records(GpuMaterial); |c| c.materials;
+            /// material names its textures by their indices in the buffer `textures`. If some material has a layer, the layers of
+            /// all materials follow ([`GpuMaterialLayers`]), which are read by `load_material_layers`.
+            materials: [GpuMaterial] as Records(GpuMaterial); |c| if c.layers { 2 * c.materials } else { c.materials };
             /// One entry for each use of an image by a material: where the texels of the image are, and how texture
             /// coordinates select them. Materials and the buffer `light_textures` name an entry by its index.
             textures: [GpuTexture] as Records(GpuTexture); |c| c.textures;
@@ -161,6 +162,9 @@ macro_rules! declare_access {
                 /// `instances` has twice as many. Shaders add it to the index of an instance to read its transform in the
                 /// previous frame.
                 pub instance_count: u32,
+                /// Number of materials in the buffer `materials`. The layers of the material with the index i, if there are any,
+                /// are the element with this number + i.
+                pub material_count: u32,
                 /// 1 if some emissive triangle has a texture, otherwise 0; shaders read `light_textures` only if it is 1.
                 pub textured_lights: u32,
                 $($(#[$meta])* pub $name: UVec2,)*
@@ -220,7 +224,7 @@ pub fn glsl() -> String {
             }
         };
     }
-    text
+    text + &load("material_layers", "materials", &GpuMaterialLayers::LAYOUT)
 }
 
 /// The GLSL declaration of the buffer `name` with elements of the GLSL type `glsl`, which shaders read as `NAME.at[index]`.

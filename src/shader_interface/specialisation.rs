@@ -46,6 +46,14 @@ crate::gpu_specialisation! {
         /// True if the camera looks through the back of some surface. Its rays then go on behind such a hit. If false, shaders
         /// do not test for this.
         pub has_culled: bool = false,
+        /// True if some surface has a clear coat, a second specular lobe on top of the others.
+        pub has_coat: bool = false,
+        /// True if some surface has a specular lobe that is wider in one direction; if false, shaders treat all specular
+        /// lobes as equally wide in all directions.
+        pub has_anisotropy: bool = false,
+        /// True if light passes through some surface by refraction or as through a thin sheet (`KHR_materials_transmission`);
+        /// if false, shaders treat all surfaces as opaque, apart from alpha.
+        pub has_transmission: bool = false,
         /// True if the scene has an environment, a light that surrounds it at infinite distance; if false, rays that leave
         /// the scene find no light.
         pub has_environment: bool = true,

@@ -15,7 +15,7 @@ const COUNT: u32 = 1 << 17;
 /// the outgoing direction in the shading frame.
 fn run(material: GpuMaterial, outgoing: Vec3, body: &str) -> Vec<[u32; 8]> {
     let body = format!(
-        "vec3 o = uintBitsToFloat(a.xyz); Bsdf bsdf = make_bsdf(material_at(0), o.z);
+        "vec3 o = uintBitsToFloat(a.xyz); Bsdf bsdf = make_bsdf(material_at(0), NO_LAYERS, o);
          Random random = random_start(b.x, 7u, 5u); vec4 u = to_unit(random_bits(random)); {body}"
     );
     let function = Function {

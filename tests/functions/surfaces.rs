@@ -120,7 +120,7 @@ fn surfaces_reflect_as_their_twins_do() {
     let function = Function {
         includes: INCLUDES,
         body: "vec3 o = uintBitsToFloat(a.xyz); float pdf;
-            vec3 f = evaluate_bsdf(make_bsdf(material_at(a.w), o.z), o, uintBitsToFloat(b.xyz), pdf);
+            vec3 f = evaluate_bsdf(make_bsdf(material_at(a.w), NO_LAYERS, o), o, uintBitsToFloat(b.xyz), pdf);
             x = floatBitsToUint(vec4(f, pdf));",
         materials: &gpu(&all),
         ..Function::default()
@@ -150,7 +150,7 @@ fn sampled(material: &Material, outgoing: Vec3, count: u32) -> Vec<Option<(DVec3
     let function = Function {
         includes: &["core/random.glsl", "bsdf/bsdf.glsl", "scene/geometry.glsl"],
         body: "Random random = random_start(b.x, 9u, 4u); vec3 o = uintBitsToFloat(a.xyz);
-            BsdfSample s = sample_bsdf(make_bsdf(material_at(0), o.z), o, to_unit(random_bits(random)));
+            BsdfSample s = sample_bsdf(make_bsdf(material_at(0), NO_LAYERS, o), o, to_unit(random_bits(random)));
             x = uvec4(floatBitsToUint(s.direction), s.valid ? 1u : 0u);
             y = floatBitsToUint(vec4(s.weight, s.pdf_solid_angle));",
         materials: &materials,
@@ -297,7 +297,7 @@ fn directions_are_drawn_by_their_density() {
             let function = Function {
                 includes: INCLUDES,
                 body: "vec3 o = uintBitsToFloat(a.xyz); float pdf;
-                    evaluate_bsdf(make_bsdf(material_at(0), o.z), o, uintBitsToFloat(b.xyz), pdf);
+                    evaluate_bsdf(make_bsdf(material_at(0), NO_LAYERS, o), o, uintBitsToFloat(b.xyz), pdf);
                     x.x = floatBitsToUint(pdf);",
                 materials: &materials,
                 ..Function::default()

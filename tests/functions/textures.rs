@@ -3,11 +3,19 @@
 use crate::support::brute_force::Surface;
 use crate::support::{self, random::Random};
 use crate::{Function, floats, number, vector};
-use glam::{Affine2, Vec2, Vec3, Vec4};
+use glam::{Affine2, DVec3, Vec2, Vec3, Vec4};
 use headwater::device_scene::materials::Materials;
+use headwater::device_scene::units::Units;
 use headwater::scene::texture::{Image, Texture, Wrap, linear, srgb};
 use headwater::scene::{Material, Scene};
 use headwater::shader_interface::{GpuMaterial, NONE, Textures};
+
+/// The units of scenes whose numbers stay as they are.
+const UNITS: Units = Units {
+    origin: DVec3::ZERO,
+    length: 1.0,
+    radiance: 1.0,
+};
 
 /// An image of `width` × `height` random texels.
 fn image(random: &mut Random, width: u32, height: u32) -> Image {
@@ -95,7 +103,7 @@ fn lookups_are_those_of_the_twin() {
         images,
         ..Scene::default()
     };
-    let tables_of = |read| Materials::of(&scene, 1.0, read);
+    let tables_of = |read| Materials::of(&scene, &UNITS, read);
     let tables = tables_of(Textures::Buffer);
     let mut inputs = Vec::new();
     for texture in 0..textures.len() {
@@ -169,7 +177,7 @@ fn coordinates_that_are_huge_stay_inside_the_image() {
             .into(),
         ..Scene::default()
     };
-    let tables = Materials::of(&scene, 1.0, Textures::Buffer);
+    let tables = Materials::of(&scene, &UNITS, Textures::Buffer);
     // Only texels of the image have this value: all others of the array would be wrong.
     let before = vec![0; tables.textures[0].index as usize];
     let texels = [&before[..], &[0x4040_4040; 21], &[0; 100]].concat();
@@ -283,7 +291,7 @@ fn sixteen_bits_reach_the_shader() {
         if read == Textures::Images && !support::tests_device().1.image_arrays {
             continue;
         }
-        let tables = Materials::of(&scene, 1.0, read);
+        let tables = Materials::of(&scene, &UNITS, read);
         for is_color in [true, false] {
             let body = looked_up(is_color);
             let mut function = Function {
@@ -367,13 +375,13 @@ fn with_factors(material: &Material, scene: &Scene) -> Material {
 #[test]
 fn specular_textures_multiply_their_factors() {
     let scene = specular_materials();
-    let tables = Materials::of(&scene, 1.0, Textures::Buffer);
+    let tables = Materials::of(&scene, &UNITS, Textures::Buffer);
     let mut function = Function {
         includes: &["bsdf/bsdf.glsl", "scene/textures.glsl"],
         body: "GpuInstance instance = load_instances(0u); instance.first_color = NONE;
             GpuMaterial material = material_at(a.w, instance, 0u, vec2(0.0));
             vec3 o = uintBitsToFloat(a.xyz); float pdf;
-            x = floatBitsToUint(vec4(evaluate_bsdf(make_bsdf(material, o.z), o, uintBitsToFloat(b.xyz), pdf), 0.0));",
+            x = floatBitsToUint(vec4(evaluate_bsdf(make_bsdf(material, NO_LAYERS, o), o, uintBitsToFloat(b.xyz), pdf), 0.0));",
         materials: &tables.materials,
         textures: &tables.textures,
         texels: &tables.texels,
@@ -427,7 +435,7 @@ fn specular_textures_multiply_their_factors() {
 #[test]
 fn primary_surfaces_keep_their_specular_textures_on_average() {
     let scene = specular_materials();
-    let tables = Materials::of(&scene, 1.0, Textures::Buffer);
+    let tables = Materials::of(&scene, &UNITS, Textures::Buffer);
     let mut function = Function {
         includes: &["restir/sample_data.glsl"],
         body: "GpuInstance instance = load_instances(0u); instance.first_color = NONE;

@@ -5,7 +5,7 @@ struct DustLobe {
     float choice;
 };
 
-void make_lobe(GpuMaterial material, float cosine_out, out DustLobe lobe) { lobe.choice = 0.0; }
+void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out DustLobe lobe) { lobe.choice = 0.0; }
 
 bool reflects(DustLobe lobe) { return true; }
 
@@ -46,7 +46,7 @@ struct TurnLobe {
     float strength;
 };
 
-void make_lobe(GpuMaterial material, float cosine_out, out TurnLobe lobe) {
+void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out TurnLobe lobe) {
     lobe.choice = 0.0;
     lobe.strength = material.roughness < MIRROR_ROUGHNESS ? 0.05 : 0.0;
 }

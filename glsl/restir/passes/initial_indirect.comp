@@ -104,7 +104,8 @@ void main() {
                 continue;
             }
             ShadingPoint vertex = make_shading_point(surface.position, surface.clearance,
-                                        surface.back_off, surface.geometric_normal, surface.shading_normal, surface.material, ray.direction);
+                                        surface.back_off, surface.geometric_normal, surface.shading_normal, surface.material,
+                                        surface.layers, ray.direction);
             // Later vertices add little, and their walks through the light BVH would take more time than they save.
             LightSampleContext context = distant_context();
             if (left_first(path)) context = light_sample_context(vertex);

@@ -97,7 +97,8 @@ ShadingPoint vertex_shading_point(PathSample value, vec3 direction) {
     if (!VARIES) material = material_at(value.material_index);
     vec3 geometric_normal, shading_normal;
     face_viewer(value.point, material, direction, geometric_normal, shading_normal);
-    return make_shading_point(value.point.position, value.clearance, 0.0, geometric_normal, shading_normal, material, direction);
+    return make_shading_point(value.point.position, value.clearance, 0.0, geometric_normal, shading_normal, material,
+                              layers_at(value.material_index), direction);
 }
 
 // ---- Target and shadow rays

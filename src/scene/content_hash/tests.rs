@@ -141,7 +141,7 @@ fn names_do_not_count() {
 
 #[test]
 fn every_value_counts() {
-    let changes: [fn(&mut Scene); 19] = [
+    let changes: [fn(&mut Scene); 29] = [
         |s| s.meshes[0].positions[1].x = 2.0,
         |s| s.meshes[0].normals = vec![Vec3::Z; 3],
         |s| s.meshes[0].triangles[0] = [1, 2, 0],
@@ -151,6 +151,16 @@ fn every_value_counts() {
         |s| s.materials[0].roughness = 0.5,
         |s| s.materials[0].specular = 0.5,
         |s| s.materials[0].ior = 1.2,
+        |s| s.materials[0].layers.coat.factor = 0.5,
+        |s| s.materials[0].layers.coat.roughness = 0.5,
+        |s| s.materials[0].layers.coat.normal_scale = 0.5,
+        |s| s.materials[0].layers.anisotropy.strength = 0.5,
+        |s| s.materials[0].layers.anisotropy.rotation = 0.5,
+        |s| s.materials[0].layers.transmission.factor = 0.5,
+        |s| s.materials[0].layers.volume.thickness = 0.5,
+        |s| s.materials[0].layers.volume.attenuation_distance = 0.5,
+        |s| s.materials[0].layers.volume.attenuation_color.y = 0.5,
+        |s| s.materials[0].layers.dispersion = 0.5,
         |s| s.materials[0].emission.z = 1.0,
         |s| s.materials[0].double_sided = true,
         |s| s.materials[0].culled = true,
@@ -212,7 +222,7 @@ fn textured() -> Scene {
     scene
 }
 
-fn slots(material: &mut Material) -> [&mut Option<Texture>; 6] {
+fn slots(material: &mut Material) -> [&mut Option<Texture>; 12] {
     [
         &mut material.base_color_texture,
         &mut material.metallic_roughness_texture,
@@ -220,6 +230,12 @@ fn slots(material: &mut Material) -> [&mut Option<Texture>; 6] {
         &mut material.specular_texture,
         &mut material.specular_color_texture,
         &mut material.emissive_texture,
+        &mut material.layers.coat.texture,
+        &mut material.layers.coat.roughness_texture,
+        &mut material.layers.coat.normal_texture,
+        &mut material.layers.anisotropy.texture,
+        &mut material.layers.transmission.texture,
+        &mut material.layers.volume.thickness_texture,
     ]
 }
 
@@ -259,7 +275,7 @@ fn every_value_of_images_and_textures_counts() {
     for (index, change) in whole.iter().enumerate() {
         check(&format!("change {index}"), change);
     }
-    for slot in 0..6 {
+    for slot in 0..12 {
         let texture = |scene: &mut Scene, change: &dyn Fn(&mut Option<Texture>)| {
             change(slots(&mut scene.materials[0])[slot]);
         };

@@ -1,6 +1,7 @@
 //! Checks of materials, of their uses of textures, and of images. A scene that fails one of them is refused before it is
 //! rendered.
 
+use super::layers::check_layers;
 use super::{BRIGHTEST, is_within};
 use crate::scene::notices::{Tally, label};
 use crate::scene::{AlphaMode, Image, Material};
@@ -32,6 +33,7 @@ pub(super) fn check_material(
         specular_texture: _,
         specular_color_texture: _,
         ior,
+        layers,
         unlit: _,
         emission,
         emissive_texture: _,
@@ -74,9 +76,14 @@ pub(super) fn check_material(
     if !is_within(*emission, BRIGHTEST) {
         return wrong("emission", emission, "within 0 and 1e12");
     }
-    if !ior.is_finite() || (*ior != 0.0 && *ior < 1.0) {
+    if !ior.is_finite() || *ior < 0.0 {
         return wrong("index of refraction", ior, "finite and at least 1 (or 0)");
     }
+    if *ior != 0.0 && *ior < 1.0 {
+        *ior = 1.0;
+        tally.add("indices of refraction below 1 become 1", || what.clone());
+    }
+    check_layers(&what, layers, tally)?;
     let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);
     if clamped != *base_color {
         *base_color = clamped;

@@ -1,8 +1,9 @@
 //! Writes materials as glTF JSON, with the textures, samplers and images that they use.
 
 use super::{Binary, color_and_strength};
+use crate::scene::layers::{Anisotropy, Coat, Transmission, Volume};
 use crate::scene::texture::Wrap;
-use crate::scene::{AlphaMode, Image, Material, Texture};
+use crate::scene::{AlphaMode, Image, Layers, Material, Texture};
 use crate::scene_files::gltf::SEEN_FROM_BEHIND;
 use crate::{Error, Result};
 use glam::{Affine2, Vec2, Vec3};
@@ -83,10 +84,66 @@ pub fn material(material: &Material, textures: &mut Textures) -> Value {
     if material.ior != 1.5 {
         extensions.insert("KHR_materials_ior".into(), json!({ "ior": material.ior }));
     }
+    add_layers(&material.layers, &mut extensions, textures);
     if !extensions.is_empty() {
         value["extensions"] = Value::Object(extensions);
     }
     value
+}
+
+/// Adds the extensions of the layers that a material has to `extensions`, those of the material.
+fn add_layers(layers: &Layers, extensions: &mut Map<String, Value>, textures: &mut Textures) {
+    let Layers {
+        coat,
+        anisotropy,
+        transmission,
+        volume,
+        dispersion,
+    } = layers;
+    if *coat != Coat::default() {
+        let mut value = json!({
+            "clearcoatFactor": coat.factor, "clearcoatRoughnessFactor": coat.roughness,
+        });
+        textures.add(&mut value, "clearcoatTexture", &coat.texture);
+        textures.add(
+            &mut value,
+            "clearcoatRoughnessTexture",
+            &coat.roughness_texture,
+        );
+        textures.add(&mut value, "clearcoatNormalTexture", &coat.normal_texture);
+        if coat.normal_texture.is_some() && coat.normal_scale != 1.0 {
+            value["clearcoatNormalTexture"]["scale"] = json!(coat.normal_scale);
+        }
+        extensions.insert("KHR_materials_clearcoat".into(), value);
+    }
+    if *anisotropy != Anisotropy::default() {
+        let mut value = json!({
+            "anisotropyStrength": anisotropy.strength, "anisotropyRotation": anisotropy.rotation,
+        });
+        textures.add(&mut value, "anisotropyTexture", &anisotropy.texture);
+        extensions.insert("KHR_materials_anisotropy".into(), value);
+    }
+    if *transmission != Transmission::default() {
+        let mut value = json!({ "transmissionFactor": transmission.factor });
+        textures.add(&mut value, "transmissionTexture", &transmission.texture);
+        extensions.insert("KHR_materials_transmission".into(), value);
+    }
+    if *volume != Volume::default() {
+        let mut value = json!({
+            "thicknessFactor": volume.thickness,
+            "attenuationColor": volume.attenuation_color.to_array(),
+        });
+        // JSON has no infinity, which is the default.
+        if volume.attenuation_distance.is_finite() {
+            value["attenuationDistance"] = json!(volume.attenuation_distance);
+        }
+        textures.add(&mut value, "thicknessTexture", &volume.thickness_texture);
+        extensions.insert("KHR_materials_volume".into(), value);
+    }
+    if *dispersion != 0.0 {
+        let value = json!({ "dispersion": dispersion });
+        extensions.insert("KHR_materials_dispersion".into(), value);
+    }
 }
 
 /// The JSON of all textures of the file, and of their samplers (filters and wrap modes). Both lists are

@@ -3,8 +3,11 @@
 use super::*;
 use crate::procedural;
 use crate::scene::camera::Projection;
+use crate::scene::layers::{Anisotropy, Coat, Transmission, Volume};
 use crate::scene::texture::Wrap;
-use crate::scene::{AlphaMode, Image, Material, Mesh, PunctualLight, PunctualShape, Texture};
+use crate::scene::{
+    AlphaMode, Image, Layers, Material, Mesh, PunctualLight, PunctualShape, Texture,
+};
 use crate::scene_files::load;
 use glam::{Affine2, Vec2, Vec4};
 
@@ -102,6 +105,32 @@ fn every_factor_survives() {
         specular_texture: Some(Texture::plain(1)),
         specular_color_texture: Some(Texture { set: 0, ..texture }),
         ior: 1.7,
+        layers: Layers {
+            coat: Coat {
+                factor: 0.25,
+                texture: Some(Texture::plain(0)),
+                roughness: 0.75,
+                roughness_texture: Some(Texture::plain(1)),
+                normal_texture: Some(texture),
+                normal_scale: 0.3,
+            },
+            anisotropy: Anisotropy {
+                strength: 0.6,
+                rotation: -1.5,
+                texture: Some(Texture::plain(1)),
+            },
+            transmission: Transmission {
+                factor: 0.1,
+                texture: Some(Texture::plain(0)),
+            },
+            volume: Volume {
+                thickness: 2.0,
+                thickness_texture: Some(Texture::plain(1)),
+                attenuation_distance: 0.4,
+                attenuation_color: Vec3::new(0.9, 0.5, 0.0),
+            },
+            dispersion: 0.2,
+        },
         emission: Vec3::new(0.0, 3.0, 1e6),
         emissive_texture: Some(Texture {
             image: 0,
@@ -239,6 +268,12 @@ fn difference(a: &Scene, b: &Scene) -> Option<String> {
                 &mut m.specular_texture,
                 &mut m.specular_color_texture,
                 &mut m.emissive_texture,
+                &mut m.layers.coat.texture,
+                &mut m.layers.coat.roughness_texture,
+                &mut m.layers.coat.normal_texture,
+                &mut m.layers.anisotropy.texture,
+                &mut m.layers.transmission.texture,
+                &mut m.layers.volume.thickness_texture,
             ]
             .into_iter()
             .flatten()

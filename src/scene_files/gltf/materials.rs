@@ -1,12 +1,13 @@
 //! Reads materials: the metallic-roughness model, and the extensions of materials that are supported.
 
 use super::accessors::get;
-use super::document::{Document, Material as FileMaterial};
+use super::document::{Document, Material as FileMaterial, MaterialExtensions, TextureInfo};
 use super::nodes::Placed;
 use super::textures::Textures;
 use crate::Result;
+use crate::scene::layers::{Anisotropy, Coat, Transmission, Volume};
 use crate::scene::notices::{Tally, label, quoted};
-use crate::scene::{AlphaMode, Material};
+use crate::scene::{AlphaMode, Layers, Material, Texture};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::BTreeSet;
 
@@ -101,6 +102,7 @@ fn convert(
         normal_texture,
         specular_texture,
         specular_color_texture,
+        layer_textures @ ..,
         emissive_texture,
     ] = textures.of_material(&what, index)?;
     let base_color = Vec4::from_array(pbr.base_color_factor).truncate();
@@ -121,17 +123,70 @@ fn convert(
         roughness: pbr.roughness_factor,
         metallic_roughness_texture,
         normal_texture,
-        normal_scale: (source.normal_texture.as_ref())
-            .map_or(1.0, |info| info.scale.unwrap_or(1.0)),
+        normal_scale: scale_of(&source.normal_texture),
         specular: specular.specular_factor,
         specular_color: Vec3::from_array(specular.specular_color_factor),
         specular_texture,
         specular_color_texture,
         ior: source.extensions.ior.ior,
+        layers: layers(source, layer_textures),
         emission: (color * strength).as_vec3(),
         emissive_texture,
         ..seen
     })
+}
+
+/// The layers of a material. `textures` are those of the coat (strength, roughness, normal), then those of anisotropy,
+/// transmission and thickness.
+fn layers(source: &FileMaterial, textures: [Option<Texture>; 6]) -> Layers {
+    let MaterialExtensions {
+        coat,
+        anisotropy,
+        transmission,
+        volume,
+        dispersion,
+        ..
+    } = &source.extensions;
+    let [
+        coat_texture,
+        coat_roughness_texture,
+        coat_normal_texture,
+        anisotropy_texture,
+        transmission_texture,
+        thickness_texture,
+    ] = textures;
+    Layers {
+        coat: Coat {
+            factor: coat.clearcoat_factor,
+            texture: coat_texture,
+            roughness: coat.clearcoat_roughness_factor,
+            roughness_texture: coat_roughness_texture,
+            normal_texture: coat_normal_texture,
+            normal_scale: scale_of(&coat.clearcoat_normal_texture),
+        },
+        anisotropy: Anisotropy {
+            strength: anisotropy.anisotropy_strength,
+            rotation: anisotropy.anisotropy_rotation,
+            texture: anisotropy_texture,
+        },
+        transmission: Transmission {
+            factor: transmission.transmission_factor,
+            texture: transmission_texture,
+        },
+        volume: Volume {
+            thickness: volume.thickness_factor,
+            thickness_texture,
+            attenuation_distance: volume.attenuation_distance.unwrap_or(f32::INFINITY),
+            attenuation_color: Vec3::from_array(volume.attenuation_color),
+        },
+        dispersion: dispersion.dispersion,
+    }
+}
+
+/// The factor on x and y of the vectors in a normal texture; 1 if the file states none.
+fn scale_of(normal_texture: &Option<TextureInfo>) -> f32 {
+    let scale = normal_texture.as_ref().and_then(|info| info.scale);
+    scale.unwrap_or(1.0)
 }
 
 fn alpha_mode(what: &str, source: &FileMaterial, tally: &mut Tally) -> AlphaMode {

@@ -46,7 +46,7 @@ pub struct Meshes<'a> {
     sets: Vec<[bool; 2]>,
     /// One entry for each material of the file: true if it has a normal map. Tangents are read only for triangles with such
     /// a material.
-    mapped: Vec<bool>,
+    tangent_sets: Vec<Option<usize>>,
     /// For the first and the second set of texture coordinates: true if a material of the mesh that is being read uses the
     /// set. The mesh then gets coordinates for all its vertices, 0 where the file has none.
     needed: [bool; 2],
@@ -70,8 +70,8 @@ impl<'a> Meshes<'a> {
         };
         Self {
             sets: materials.iter().map(sets).collect(),
-            mapped: (materials.iter())
-                .map(|material| material.normal_texture.is_some())
+            tangent_sets: (materials.iter())
+                .map(|material| material.tangent_set().map(|set| set as usize))
                 .collect(),
             needed: [false; 2],
             default_material: accessors.document.materials.len() as u32,
@@ -163,9 +163,16 @@ impl<'a> Meshes<'a> {
         };
         let material = self.material(what, primitive)?;
         let sets = (self.sets.get(material as usize).copied()).unwrap_or_default();
+        let tangent_set = (self.tangent_sets.get(material as usize).copied()).flatten();
+        let tangents = match tangent_set {
+            // Without normals of the file's own, its tangents are not followed either (glTF 2.0, 3.7.2.1).
+            Some(_) if normals.is_some() => attribute(&self.accessors, "TANGENT", &[Kind::Vec4])?,
+            _ => None,
+        };
         let mut uvs = [None, None];
         for (set, name) in ["TEXCOORD_0", "TEXCOORD_1"].into_iter().enumerate() {
-            if !sets[set] {
+            // Tangents that the file lacks are made from texture coordinates.
+            if !sets[set] && (tangents.is_some() || tangent_set != Some(set)) {
                 continue;
             }
             uvs[set] = attribute(&self.accessors, name, &[Kind::Vec2])?;
@@ -176,13 +183,6 @@ impl<'a> Meshes<'a> {
             }
             self.needed[set] = true;
         }
-        let tangents = match self.mapped.get(material as usize) {
-            // Without normals of the file's own, its tangents are not followed either (glTF 2.0, 3.7.2.1).
-            Some(true) if normals.is_some() => {
-                attribute(&self.accessors, "TANGENT", &[Kind::Vec4])?
-            }
-            _ => None,
-        };
         notice_ignored(what, primitive, tally);
 
         let corners = indices.as_ref().map_or(positions.count, |i| i.count);

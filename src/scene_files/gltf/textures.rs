@@ -2,7 +2,9 @@
 //! textures use is read and decoded once.
 
 use super::accessors::{Accessors, get};
-use super::document::{Document, Image as FileImage, Material, TextureInfo, TextureTransform};
+use super::document::{
+    Document, Image as FileImage, Material, MaterialExtensions, TextureInfo, TextureTransform,
+};
 use super::materials::Uses;
 use super::{buffers, damaged, out_of_range};
 use crate::scene::notices::{Tally, label, quoted};
@@ -262,7 +264,7 @@ impl<'a> Textures<'a> {
 }
 
 /// The number of textures that a material can have, apart from those that are not supported.
-const SLOTS: usize = 6;
+const SLOTS: usize = 12;
 
 /// Loads images that no texture names, such as the faces of a cube map; `indices` are their indices in the file. Returns one
 /// entry for each: `None` if its image was left out, with a notice in `tally`, which happens only if the user permits missing
@@ -299,16 +301,26 @@ pub fn load_images(
         .collect())
 }
 
-/// The supported textures of a material for base colour, metallic-roughness, normal, specular reflection, its colour, and
-/// emission, in this order, each with its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit
+/// The supported textures of a material for base colour, metallic-roughness, normal, specular reflection, its colour, the
+/// strength, roughness and normal of the clear coat, anisotropy, transmission, thickness, and emission, in this order, each with its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit
 /// material, only the base colour texture has an effect. The emissive texture has an effect only if `emits` is true, which
-/// means that the material emits light at some time.
+/// means that the material emits light at some time, and the textures of a layer only if the factor of the layer is above 0.
 fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); SLOTS] {
     let pbr = &material.pbr_metallic_roughness;
-    let specular = &material.extensions.specular;
+    let MaterialExtensions {
+        specular,
+        coat,
+        anisotropy,
+        transmission,
+        volume,
+        ..
+    } = &material.extensions;
     let lit = |texture| {
         if material.is_unlit() { &None } else { texture }
     };
+    let layer = |factor: f32, texture| if factor > 0.0 { lit(texture) } else { &None };
+    let coated = |texture| layer(coat.clearcoat_factor, texture);
+    let transmitted = |texture| layer(transmission.transmission_factor, texture);
     [
         ("base colour texture", &pbr.base_color_texture),
         (
@@ -321,6 +333,27 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
             "specular colour texture",
             lit(&specular.specular_color_texture),
         ),
+        ("clear coat texture", coated(&coat.clearcoat_texture)),
+        (
+            "clear coat roughness texture",
+            coated(&coat.clearcoat_roughness_texture),
+        ),
+        (
+            "clear coat normal texture",
+            coated(&coat.clearcoat_normal_texture),
+        ),
+        (
+            "anisotropy texture",
+            layer(
+                anisotropy.anisotropy_strength,
+                &anisotropy.anisotropy_texture,
+            ),
+        ),
+        (
+            "transmission texture",
+            transmitted(&transmission.transmission_texture),
+        ),
+        ("thickness texture", transmitted(&volume.thickness_texture)),
         (
             "emissive texture",
             match emits {

@@ -13,9 +13,11 @@
 
 mod compression;
 mod extensions;
+mod layers;
 
 pub use compression::*;
 pub use extensions::*;
+pub use layers::*;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
@@ -152,6 +154,16 @@ pub struct MaterialExtensions {
     pub ior: Ior,
     #[serde(rename = "KHR_materials_specular")]
     pub specular: Specular,
+    #[serde(rename = "KHR_materials_clearcoat")]
+    pub coat: ClearCoat,
+    #[serde(rename = "KHR_materials_anisotropy")]
+    pub anisotropy: Anisotropy,
+    #[serde(rename = "KHR_materials_transmission")]
+    pub transmission: Transmission,
+    #[serde(rename = "KHR_materials_volume")]
+    pub volume: Volume,
+    #[serde(rename = "KHR_materials_dispersion")]
+    pub dispersion: Dispersion,
     #[serde(rename = "KHR_materials_unlit")]
     pub unlit: Option<IgnoredAny>,
 }

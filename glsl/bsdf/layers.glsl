@@ -1,0 +1,26 @@
+#pragma once
+// Layers: what a material has beyond the metallic-roughness model, at one point of a surface.
+#include "prelude.glsl"
+
+// Whether some surface has one; without, nothing of them is read.
+const bool HAS_LAYERS = HAS_COAT || HAS_ANISOTROPY || HAS_TRANSMISSION;
+
+struct Layers {
+    // The fraction of the surface that is coated; 0 = no coat.
+    float coat;
+    float coat_roughness;
+    // Strength of the anisotropy; 0 = none.
+    float anisotropy;
+    // The fraction of unreflected light that passes through the surface.
+    float transmission;
+    // Index of refraction of the dielectric; 0 = it reflects all light.
+    float ior;
+    // Whether the surface is the boundary of a volume; else it is a thin sheet.
+    bool has_volume;
+    // Absorption coefficient of the volume, per unit of length.
+    vec3 absorption;
+    float dispersion;
+};
+
+// A surface without layers.
+const Layers NO_LAYERS = Layers(0.0, 0.0, 0.0, 0.0, 1.5, false, vec3(0.0), 0.0);
