@@ -81,6 +81,72 @@ fn samplers_transforms_and_the_second_set_are_followed() {
     assert_eq!(seen * 255.0, glam::Vec4::new(200.0, 0.0, 50.0, 255.0));
 }
 
+/// A file may number its sets as it likes; a material needs at most two of them.
+#[test]
+fn any_two_sets_of_coordinates_are_read() {
+    let folder = Folder::new();
+    folder.write("wall.png", encoded(ImageFormat::Png));
+    let with_sets = |base: u64, rough: u64, specular: u64| {
+        let mut file = textured(json!({ "uri": "wall.png" }));
+        // The coordinates of set n are n, n for all corners, those of set 0 are not.
+        for set in 1..5_u8 {
+            let view = file.add_view(&[set; 6]);
+            let uvs = file.add_accessor(json!({
+                "bufferView": view, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC2",
+            }));
+            file.primitive()["attributes"][format!("TEXCOORD_{set}")] = uvs.into();
+        }
+        let used = |set: u64| json!({ "index": 0, "texCoord": set });
+        file.with(|json| {
+            json["materials"][0] = json!({
+                "pbrMetallicRoughness": { "baseColorTexture": used(base), "metallicRoughnessTexture": used(rough) },
+                "extensions": { "KHR_materials_specular": { "specularTexture": used(specular) } },
+            });
+        })
+    };
+    for (sets, places) in [
+        ([0, 1, 0], [0, 1, 0]),
+        ([3, 3, 3], [0, 0, 0]),
+        ([0, 4, 0], [0, 1, 0]),
+        ([2, 1, 2], [0, 1, 0]),
+        ([4, 2, 2], [0, 1, 1]),
+    ] {
+        let scene = folder.load("scene.glb", with_sets(sets[0], sets[1], sets[2]).glb());
+        let material = &scene.materials[0];
+        let textures = [
+            material.base_color_texture,
+            material.metallic_roughness_texture,
+            material.specular_texture,
+        ];
+        for ((texture, set), place) in textures.into_iter().zip(sets).zip(places) {
+            assert_eq!(texture.unwrap().set, place, "{sets:?}");
+            let corner = scene.meshes[0].uvs[place as usize][2];
+            let expected = if set == 0 { 2.0 } else { set as f32 / 255.0 };
+            assert!((corner.y - expected).abs() < 1e-6, "{sets:?}: {corner}");
+        }
+    }
+    let said = folder.refuse("scene.glb", with_sets(0, 1, 2).glb());
+    assert!(said.contains("specular texture of material 0"), "{said}");
+    assert!(said.contains("texture coordinates 2"), "{said}");
+}
+
+#[test]
+fn unknown_wrap_modes_count_as_repeat() {
+    let mut file = textured(json!({ "uri": "wall.png" }));
+    file.json["samplers"] = json!([{ "wrapS": 5, "wrapT": 33071 }]);
+    file.json["textures"][0]["sampler"] = 0.into();
+    let folder = Folder::new();
+    folder.write("wall.png", encoded(ImageFormat::Png));
+    let scene = folder.load("scene.glb", file.glb());
+    let texture = scene.materials[0].base_color_texture.unwrap();
+    assert_eq!(texture.wrap, [Wrap::Repeat, Wrap::Clamp]);
+    let said = scene.notices.join("\n");
+    assert!(
+        said.contains("unknown wrap modes count as REPEAT"),
+        "{said}"
+    );
+}
+
 #[test]
 fn normal_maps_bring_tangents() {
     let folder = Folder::new();
@@ -199,14 +265,4 @@ fn coordinates_that_are_not_finite_are_named() {
     folder.write("wall.png", encoded(ImageFormat::Png));
     let text = folder.refuse("scene.glb", file.glb());
     assert!(text.contains("texture coordinate 2 is"), "{text}");
-}
-
-#[test]
-fn sets_beyond_the_second_are_refused() {
-    let mut file = textured(json!({ "uri": "wall.png" }));
-    info(&mut file)["texCoord"] = 2.into();
-    let folder = Folder::new();
-    folder.write("wall.png", encoded(ImageFormat::Png));
-    let text = folder.refuse("scene.glb", file.glb());
-    assert!(text.contains("texture coordinates 2"), "{text}");
 }

@@ -17,15 +17,8 @@ use draco_core::{
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// The attributes that meshes read. Other attributes, such as those of skins, are not kept.
-const READ: [&str; 6] = [
-    "POSITION",
-    "NORMAL",
-    "TANGENT",
-    "TEXCOORD_0",
-    "TEXCOORD_1",
-    "COLOR_0",
-];
+/// The attributes that meshes read, besides texture coordinates. Other attributes, such as those of skins, are not kept.
+const READ: [&str; 4] = ["POSITION", "NORMAL", "TANGENT", "COLOR_0"];
 
 /// The memory that one value of an attribute takes after decoding, in bytes: four floats, the largest value that meshes use.
 const VALUE_BYTES: u64 = 16;
@@ -162,7 +155,8 @@ impl<'a> Job<'a> {
         let mut lists = Lists::new();
         for (name, id) in &self.compression.attributes {
             let accessor = self.primitive.attributes.get(name);
-            let accessor = accessor.filter(|_| READ.contains(&name.as_str()));
+            let accessor =
+                accessor.filter(|_| name.starts_with("TEXCOORD_") || READ.contains(&name.as_str()));
             let Some(accessor) = accessor.and_then(|index| get(accessors, *index)) else {
                 continue;
             };

@@ -104,7 +104,7 @@ fn convert(
         specular_color_texture,
         layer_textures @ ..,
         emissive_texture,
-    ] = textures.of_material(&what, index)?;
+    ] = textures.of_material(&what, index, tally)?;
     let base_color = Vec4::from_array(pbr.base_color_factor).truncate();
     let seen = Material {
         base_color_texture,

@@ -40,10 +40,10 @@ impl Topology {
 /// keeps its table of vertex indices (`indices_in_mesh`) between meshes, to reuse the memory.
 pub struct Meshes<'a> {
     accessors: Accessors<'a>,
-    /// One entry for each material of the file, with two flags: the first is true if a texture of the
-    /// material uses the first set of texture coordinates, and the second is true if one uses the second set.
-    /// Unused sets are not read.
-    sets: Vec<[bool; 2]>,
+    /// One entry for each material of the file, with two entries, for the first and the second set of texture coordinates of
+    /// the mesh: the number of the set in the file, and true if a texture of the material uses the set. Unused sets are not
+    /// read.
+    sets: Vec<[(u64, bool); 2]>,
     /// One entry for each material of the file: true if it has a normal map. Tangents are read only for triangles with such
     /// a material.
     tangent_sets: Vec<Option<usize>>,
@@ -63,13 +63,15 @@ pub struct Meshes<'a> {
 impl<'a> Meshes<'a> {
     /// Makes a reader for the meshes of the document in `accessors`. `materials` are the scene's materials,
     /// one for each material of the file, in the order of the file. Their textures decide which texture
-    /// coordinates and tangents are read.
-    pub fn new(accessors: Accessors<'a>, materials: &[Material]) -> Self {
-        let sets = |material: &Material| {
-            [0, 1].map(|set| material.textures().any(|(_, texture)| texture.set == set))
+    /// coordinates and tangents are read. `sets` are the sets of texture coordinates of each material
+    /// ([`Textures::coordinate_sets`](super::textures::Textures::coordinate_sets)).
+    pub fn new(accessors: Accessors<'a>, materials: &[Material], sets: Vec<[u64; 2]>) -> Self {
+        let used = |(material, sets): (&Material, [u64; 2])| {
+            let uses = |set| material.textures().any(|(_, texture)| texture.set == set);
+            [(sets[0], uses(0)), (sets[1], uses(1))]
         };
         Self {
-            sets: materials.iter().map(sets).collect(),
+            sets: materials.iter().zip(sets).map(used).collect(),
             tangent_sets: (materials.iter())
                 .map(|material| material.tangent_set().map(|set| set as usize))
                 .collect(),
@@ -170,12 +172,13 @@ impl<'a> Meshes<'a> {
             _ => None,
         };
         let mut uvs = [None, None];
-        for (set, name) in ["TEXCOORD_0", "TEXCOORD_1"].into_iter().enumerate() {
+        for (set, (number, is_used)) in sets.into_iter().enumerate() {
             // Tangents that the file lacks are made from texture coordinates.
-            if !sets[set] && (tangents.is_some() || tangent_set != Some(set)) {
+            if !is_used && (tangents.is_some() || tangent_set != Some(set)) {
                 continue;
             }
-            uvs[set] = attribute(&self.accessors, name, &[Kind::Vec2])?;
+            let name = format!("TEXCOORD_{number}");
+            uvs[set] = attribute(&self.accessors, &name, &[Kind::Vec2])?;
             if uvs[set].is_none() {
                 tally.add("texture coordinates are missing, 0 is used", || {
                     format!("{name} of {what}")

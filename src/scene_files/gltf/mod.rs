@@ -84,7 +84,8 @@ pub(super) fn read(
         material_variants: variants::names(&document),
         ..Scene::default()
     };
-    let mut meshes = Meshes::new(accessors, &scene.materials);
+    let sets = (0..document.materials.len()).map(|index| textures.coordinate_sets(index));
+    let mut meshes = Meshes::new(accessors, &scene.materials, sets.collect());
     let mut cameras = Vec::new();
     // For each instance, where in `placed`, or after it in `copies`, its node is.
     let mut instance_nodes = Vec::new();

@@ -164,17 +164,45 @@ impl<'a> Textures<'a> {
     }
 
     /// The textures of one material, in the order of [`slots`]; `index` is the material's index in the glTF file. An element is `None` if the material has no such texture or no faces, if the
-    /// texture would have no effect, or if its image was left out. Fails if an index, a wrap mode or the set of texture
-    /// coordinates is wrong; `what` is the name of the material in the error.
-    pub fn of_material(&self, what: &str, index: usize) -> Result<[Option<Texture>; SLOTS]> {
+    /// texture would have no effect, or if its image was left out. An unknown wrap mode counts as `REPEAT`, with a notice in
+    /// `tally`. Fails if an index is wrong, or if the textures use more than two sets of texture coordinates; `what` is the
+    /// name of the material in the error.
+    pub fn of_material(
+        &self,
+        what: &str,
+        index: usize,
+        tally: &mut Tally,
+    ) -> Result<[Option<Texture>; SLOTS]> {
         let mut textures = [None; SLOTS];
         if self.uses.has_faces[index] {
+            let sets = self.coordinate_sets(index);
             let used = slots(&self.document.materials[index], self.uses.emits[index]);
             for (texture, (kind, info)) in textures.iter_mut().zip(used) {
-                *texture = self.texture(&format!("{kind} of {what}"), info)?;
+                let Some(info) = info else { continue };
+                let what = format!("{kind} of {what}");
+                *texture = self.texture(&what, info, sets, tally)?;
             }
         }
         Ok(textures)
+    }
+
+    /// For the first and the second set of texture coordinates that meshes of the scene have: the set of the file that it is
+    /// where a primitive has the material with the index `index`. Sets 0 and 1 of the file keep their places if the material
+    /// uses them; other sets take free places.
+    pub fn coordinate_sets(&self, index: usize) -> [u64; 2] {
+        let slots = slots(&self.document.materials[index], self.uses.emits[index]);
+        let infos = slots.iter().filter_map(|(_, info)| info.as_ref());
+        let used: Vec<u64> = infos.map(coordinate_set).collect();
+        let mut sets = [0, 1];
+        for number in &used {
+            let is_free = |set: &&mut u64| !used.contains(set);
+            if !sets.contains(number)
+                && let Some(free) = sets.iter_mut().find(is_free)
+            {
+                *free = *number;
+            }
+        }
+        sets
     }
 
     /// True if the emissive texture of the material with the index `index` in the file was left out. The material must then
@@ -188,10 +216,13 @@ impl<'a> Textures<'a> {
         self.uses.has_faces[index] && emissive.as_ref().is_some_and(is_lost)
     }
 
-    fn texture(&self, what: &str, info: &Option<TextureInfo>) -> Result<Option<Texture>> {
-        let Some(info) = info else {
-            return Ok(None);
-        };
+    fn texture(
+        &self,
+        what: &str,
+        info: &TextureInfo,
+        sets: [u64; 2],
+        tally: &mut Tally,
+    ) -> Result<Option<Texture>> {
         // A texture without an image was an error, or was left out, when the images were loaded.
         let Some(image) = self
             .image_of(what, info.index)
@@ -200,13 +231,12 @@ impl<'a> Textures<'a> {
         else {
             return Ok(None);
         };
-        let placed = info.extensions.transform.clone().unwrap_or_default();
-        let set = placed.tex_coord.unwrap_or(info.tex_coord);
-        if set > 1 {
+        let number = coordinate_set(info);
+        let Some(set) = sets.iter().position(|set| *set == number) else {
             return Err(Error::input(format!(
-                "{what}: uses texture coordinates {set}, only 0 and 1 are supported; export it with two sets"
+                "{what}: uses texture coordinates {number}, and other textures of the material two other sets; export it with two sets"
             )));
-        }
+        };
         let texture = &self.document.textures[info.index as usize];
         let sampler = match texture.sampler {
             None => None,
@@ -217,19 +247,25 @@ impl<'a> Textures<'a> {
                 ))
             })?),
         };
-        let mode = |code: Option<i64>| match code {
-            None | Some(10497) => Ok(Wrap::Repeat),
-            Some(33648) => Ok(Wrap::Mirror),
-            Some(33071) => Ok(Wrap::Clamp),
-            Some(code) => Err(damaged(format!("{what}: wrap mode {code} is unknown"))),
+        let mut mode = |code: Option<i64>| match code {
+            None | Some(10497) => Wrap::Repeat,
+            Some(33648) => Wrap::Mirror,
+            Some(33071) => Wrap::Clamp,
+            Some(code) => {
+                tally.add("unknown wrap modes count as REPEAT", || {
+                    format!("{code} ({what})")
+                });
+                Wrap::Repeat
+            }
         };
+        let placed = info.extensions.transform.as_ref();
         Ok(Some(Texture {
             image,
             set: set as u32,
-            transform: transform(&placed),
+            transform: placed.map_or(Affine2::IDENTITY, transform),
             wrap: [
-                mode(sampler.and_then(|s| s.wrap_s))?,
-                mode(sampler.and_then(|s| s.wrap_t))?,
+                mode(sampler.and_then(|s| s.wrap_s)),
+                mode(sampler.and_then(|s| s.wrap_t)),
             ],
             nearest: sampler.is_some_and(|s| s.mag_filter == Some(9728)),
         }))
@@ -299,6 +335,14 @@ pub fn load_images(
         .into_iter()
         .map(|encoded| encoded.and_then(image))
         .collect())
+}
+
+/// The set of texture coordinates in the file that a texture uses.
+fn coordinate_set(info: &TextureInfo) -> u64 {
+    let placed = info.extensions.transform.as_ref();
+    placed
+        .and_then(|placed| placed.tex_coord)
+        .unwrap_or(info.tex_coord)
 }
 
 /// The supported textures of a material for base colour, metallic-roughness, normal, specular reflection, its colour, the
