@@ -41,8 +41,8 @@
 // The outcome of a merge.
 struct Merged {
     MergeReservoir reservoir;
-    // The light of all samples of the merge. The selected sample alone would have the same expected brightness, but more
-    // colour noise.
+    // The light of all samples that got a weight: with two rays, those of the canonical and of one neighbour. The selected sample
+    // alone would have the same expected brightness, but more colour noise.
     vec3 light;
 };
 
