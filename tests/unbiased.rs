@@ -4,7 +4,8 @@
 mod support;
 
 use glam::{Affine2, DVec3, Vec2, Vec3};
-use headwater::scene::{AlphaMode, Image, Material, Scene, Texture};
+use headwater::scene::layers::{Anisotropy, Coat};
+use headwater::scene::{AlphaMode, Image, Layers, Material, Scene, Texture};
 use headwater::scene_files::export;
 use std::process::Command;
 use support::{add, planted, quad, said, takes_largest};
@@ -108,23 +109,92 @@ fn specular_floor() -> Scene {
         specular_color_texture: Some(texture),
         ..Material::default()
     });
+    scene.images = vec![tiles()];
+    add_lamp(&mut scene);
+    scene
+}
+
+/// An image of sixteen texels that differ in all channels.
+fn tiles() -> Image {
     let texels = (0..16_u32).map(|i| [i * 53 % 256, i * 91 % 256, 255 - i * 16, i * 117 % 256]);
-    scene.images = vec![Image {
+    Image {
         name: "tiles".into(),
         width: 4,
         height: 4,
         texels: texels.map(|texel| texel.map(|value| value as u8)).collect(),
-    }];
+    }
+}
+
+/// Adds an emitter above the floor of [`room`].
+fn add_lamp(scene: &mut Scene) {
     let lamp = Material {
         emission: Vec3::splat(8.0),
         ..Material::lambert("lamp", Vec3::ZERO)
     };
     let corner = Vec3::new(-0.7, 2.0, -0.9);
-    add(
-        &mut scene,
-        &lamp,
-        &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8),
-    );
+    add(scene, &lamp, &quad(corner, Vec3::X * 1.4, Vec3::Z * 0.8));
+}
+
+/// A copper floor with a normal map, under a coat with the normal of the mesh, whose strength and roughness differ from tile
+/// to tile; under an emitter.
+fn coated_floor() -> Scene {
+    let texture = Texture {
+        transform: Affine2::from_scale(Vec2::splat(3.0)),
+        ..Texture::plain(0)
+    };
+    let coat = Coat {
+        factor: 1.0,
+        texture: Some(texture),
+        roughness: 0.5,
+        roughness_texture: Some(texture),
+        ..Coat::default()
+    };
+    let mut scene = room(Material {
+        base_color: Vec3::new(0.95, 0.64, 0.54),
+        roughness: 0.5,
+        normal_texture: Some(Texture {
+            image: 1,
+            ..texture
+        }),
+        layers: Layers {
+            coat,
+            ..Layers::default()
+        },
+        ..Material::default()
+    });
+    // Normals that lean to different sides.
+    let texels = (0..16_u32).map(|i| [80 + i * 37 % 96, 80 + i * 59 % 96, 230, 255]);
+    let bumps = Image {
+        name: "bumps".into(),
+        texels: texels.map(|texel| texel.map(|value| value as u8)).collect(),
+        ..tiles()
+    };
+    scene.images = vec![tiles(), bumps];
+    add_lamp(&mut scene);
+    scene
+}
+
+/// A floor of brushed metal, whose direction and strength differ from tile to tile, under an emitter.
+fn brushed_floor() -> Scene {
+    let anisotropy = Anisotropy {
+        strength: 1.0,
+        rotation: 0.5,
+        texture: Some(Texture {
+            transform: Affine2::from_scale(Vec2::splat(3.0)),
+            ..Texture::plain(0)
+        }),
+    };
+    let mut scene = room(Material {
+        base_color: Vec3::splat(0.8),
+        roughness: 0.35,
+        layers: Layers {
+            anisotropy,
+            ..Layers::default()
+        },
+        ..Material::default()
+    });
+    scene.images = vec![tiles()];
+    add_lamp(&mut scene);
     scene
 }
 
@@ -203,5 +273,36 @@ mod thorough {
             "TINT_STEPS, vec3(0.0)",
         );
         assert_biased(&specular_floor(), 1, fault);
+    }
+
+    #[test]
+    fn coats_are_unbiased() {
+        assert_unbiased(&coated_floor(), 2);
+    }
+
+    #[test]
+    fn a_coat_with_the_normal_of_its_base_is_found() {
+        let fault = (
+            "restir/sample_data.glsl",
+            "layers.coat_normal = facing_viewer(layers.coat_normal, geometric_normal(data), true, direction);",
+            "layers.coat_normal = shading_normal(data);",
+        );
+        assert_biased(&coated_floor(), 1, fault);
+    }
+
+    #[test]
+    fn anisotropic_lobes_are_unbiased() {
+        assert_unbiased(&brushed_floor(), 2);
+    }
+
+    /// The path tracer turns its frame by itself.
+    #[test]
+    fn a_frame_that_does_not_follow_the_direction_is_found() {
+        let fault = (
+            "scene/shading_point.glsl",
+            "shading_frame(shading_normal, layers, shading_point.tangent, shading_point.bitangent);",
+            "tangent_frame(shading_normal, shading_point.tangent, shading_point.bitangent);",
+        );
+        assert_biased(&brushed_floor(), 1, fault);
     }
 }

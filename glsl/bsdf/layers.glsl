@@ -9,8 +9,13 @@ struct Layers {
     // The fraction of the surface that is coated; 0 = no coat.
     float coat;
     float coat_roughness;
+    // Unit normal of the coat; the BSDF is made from it in the shading frame. Unused without HAS_NORMAL_MAPS, where it is the
+    // shading normal.
+    vec3 coat_normal;
     // Strength of the anisotropy; 0 = none.
     float anisotropy;
+    // Along the surface in the direction in which the specular lobe is wider; 0 = none.
+    vec3 grain;
     // The fraction of unreflected light that passes through the surface.
     float transmission;
     // Index of refraction of the dielectric; 0 = it reflects all light.
@@ -23,4 +28,4 @@ struct Layers {
 };
 
 // A surface without layers.
-const Layers NO_LAYERS = Layers(0.0, 0.0, 0.0, 0.0, 1.5, false, vec3(0.0), 0.0);
+const Layers NO_LAYERS = Layers(0.0, 0.0, vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0, 1.5, false, vec3(0.0), 0.0);

@@ -32,10 +32,12 @@ struct BsdfSummary {
     float alpha_squared;
 };
 
+#include "bsdf/coat.glsl"
 #include "bsdf/diffuse.glsl"
 #include "bsdf/specular.glsl"
 
 // Type, member of Bsdf, and 1 if the lobe can be a delta lobe.
 #define BSDF_LOBES(LOBE) \
+    LOBE(CoatLobe, coat, uint(HAS_COAT)) \
     LOBE(SpecularLobe, specular, 1u) \
     LOBE(DiffuseLobe, diffuse, 0u)

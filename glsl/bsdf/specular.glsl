@@ -1,10 +1,13 @@
 #pragma once
-// The specular lobe of glTF 2.0, appendix B, with KHR_materials_specular and KHR_materials_ior: GGX (α = roughness²,
-// height-correlated Smith, Schlick's Fresnel), a mix of a dielectric and a metal; a perfect mirror below MIRROR_ROUGHNESS.
+// The specular lobe of glTF 2.0, appendix B, with KHR_materials_specular, KHR_materials_ior and KHR_materials_anisotropy: GGX
+// (α = roughness², height-correlated Smith, Schlick's Fresnel), a mix of a dielectric and a metal; a perfect mirror below
+// MIRROR_ROUGHNESS. An anisotropic lobe is wider along the tangent of the shading frame, and never a mirror.
 //
 // ENERGY_COMPENSATED corrects two errors of energy (Turquin, "Practical multiple scattering compensation for microfacet
 // models", 2019): rough metals lose some, because only single scattering is modelled; bright dielectrics gain some at
-// grazing angles, because base and lobe are mixed without regard to what the lobe reflects.
+// grazing angles, because base and lobe are mixed without regard to what the lobe reflects. An anisotropic lobe is compensated
+// as an isotropic one of about the same albedo.
+#include "bsdf/microfacets.glsl"
 
 // Directional albedo of the specular lobe: ALBEDO_CELLS + 1 nodes a side, roughness-major; x is the part scaled by F0,
 // y the part scaled by F90.
@@ -16,8 +19,10 @@ struct SpecularLobe {
     float dielectric_f90;
     vec3 metal_f0;
     float metallic;
-    // GGX width; 0 = a perfect mirror.
+    // GGX width; 0 = a perfect mirror. Of an anisotropic lobe the geometric mean of its widths.
     float alpha;
+    // With HAS_ANISOTROPY, the widths along the tangent and the bitangent.
+    vec2 widths;
     // Energy compensation of both parts; 1 without.
     vec3 dielectric_scale;
     vec3 metal_scale;
@@ -25,11 +30,8 @@ struct SpecularLobe {
     float passes;
 };
 
-vec3 schlick(vec3 f0, vec3 f90, float cosine) {
-    float m = clamp(1.0 - cosine, 0.0, 1.0);
-    float m2 = m * m;
-    return f0 + (f90 - f0) * (m2 * m2 * m);
-}
+// The least width across an anisotropic lobe: a roughness of 0.03. Narrower ones leave the precision of f32.
+const float MIN_ANISOTROPIC_WIDTH = 0.001;
 
 // True if a surface with these values has a specular lobe; else it is pure Lambert.
 bool has_specular_lobe(float metallic, float dielectric_f90) {
@@ -72,6 +74,17 @@ void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out SpecularL
     lobe.metallic = material.metallic;
     bool mirror = material.roughness < MIRROR_ROUGHNESS;
     lobe.alpha = mirror ? 0.0 : square(material.roughness);
+    lobe.widths = vec2(lobe.alpha);
+    float roughness = material.roughness;
+    if (HAS_ANISOTROPY && layers.anisotropy > 0.0) {
+        lobe.widths.y = max(square(material.roughness), MIN_ANISOTROPIC_WIDTH);
+        lobe.widths.x = mix(lobe.widths.y, 1.0, square(layers.anisotropy));
+        lobe.alpha = sqrt(lobe.widths.x * lobe.widths.y);
+        // The isotropic lobe of about the same albedo: towards the horizon, the width that lies across the viewer counts more.
+        float across = 0.25 * (outgoing.y * outgoing.y - outgoing.x * outgoing.x);
+        roughness = sqrt(sqrt(dot(lobe.widths * lobe.widths, vec2(0.5 + across, 0.5 - across))));
+        mirror = false;
+    }
     lobe.dielectric_scale = vec3(1.0);
     lobe.metal_scale = vec3(1.0);
     lobe.passes = 1.0;
@@ -82,7 +95,7 @@ void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out SpecularL
             parts.y = schlick(vec3(0.0), vec3(1.0), cosine_out).x;
             parts.x = 1.0 - parts.y;
         } else {
-            parts = albedo_lookup(cosine_out, material.roughness);
+            parts = albedo_lookup(cosine_out, roughness);
         }
         float missing = 1.0 / (parts.x + parts.y) - 1.0;
         lobe.dielectric_scale = 1.0 + lobe.dielectric_f0 * missing;
@@ -94,42 +107,19 @@ void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out SpecularL
 
 float expected(SpecularLobe lobe, float below, float cosine) { return luminance(fresnel(lobe, cosine)) * below; }
 
-// GGX distribution of a half vector. Computed from x and y, because 1 − z² cancels for narrow lobes.
-float ggx_distribution(vec3 h, float alpha) {
-    float a2 = alpha * alpha;
-    float d = a2 * h.z * h.z + h.x * h.x + h.y * h.y;
-    return a2 / (PI * d * d);
-}
-
-// Smith's λ, as (−1 + sqrt(1 + α² tan²)) / 2.
-float smith_lambda(float cosine, float alpha) {
-    float c2 = cosine * cosine;
-    return 0.5 * (sqrt(1.0 + alpha * alpha * max(1.0 - c2, 0.0) / max(c2, TINY)) - 1.0);
-}
-
 bool is_wide(SpecularLobe lobe) { return HAS_SPECULAR && lobe.alpha > 0.0 && lobe.choice > 0.0; }
 
 vec3 evaluate(SpecularLobe lobe, float below, float probability, vec3 outgoing, vec3 incoming, vec3 h, inout float pdf_solid_angle) {
-    float d = ggx_distribution(h, lobe.alpha);
-    float lambda_out = smith_lambda(outgoing.z, lobe.alpha);
-    float lambda_in = smith_lambda(incoming.z, lobe.alpha);
+    float d = HAS_ANISOTROPY ? ggx_distribution(h, lobe.widths) : ggx_distribution(h, lobe.alpha);
+    float lambda_out = HAS_ANISOTROPY ? smith_lambda(outgoing, lobe.widths) : smith_lambda(outgoing.z, lobe.alpha);
+    float lambda_in = HAS_ANISOTROPY ? smith_lambda(incoming, lobe.widths) : smith_lambda(incoming.z, lobe.alpha);
     float common_factor = d / (4.0 * outgoing.z);
     pdf_solid_angle += probability * common_factor / (1.0 + lambda_out);
     return fresnel(lobe, dot(outgoing, h)) * (below * common_factor / (incoming.z * (1.0 + lambda_out + lambda_in)));
 }
 
-// Samples a microfacet normal visible from `outgoing` (Dupuy and Benyoub, "Sampling Visible
-// GGX Normals with Spherical Caps", 2023).
-vec3 sample_visible_normal(vec3 outgoing, float alpha, vec2 u) {
-    vec3 w = normalize(vec3(alpha * outgoing.xy, outgoing.z));
-    float z = (1.0 - u.y) * (1.0 + w.z) - w.z;
-    float s = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
-    vec3 h = vec3(s * on_circle(u.x), z) + w;
-    return normalize(vec3(alpha * h.xy, max(h.z, 0.0)));
-}
-
 vec3 draw(SpecularLobe lobe, vec3 outgoing, vec2 u) {
-    return reflect(-outgoing, sample_visible_normal(outgoing, lobe.alpha, u));
+    return reflect(-outgoing, sample_visible_normal(outgoing, HAS_ANISOTROPY ? lobe.widths : vec2(lobe.alpha), u));
 }
 
 vec3 albedo(SpecularLobe lobe, float below, float cosine) { return fresnel(lobe, cosine) * below; }
@@ -142,6 +132,8 @@ vec3 reflect_delta(SpecularLobe lobe, float below, vec3 outgoing, out vec3 direc
 }
 
 void summarise(SpecularLobe lobe, float below, float cosine, inout BsdfSummary summary) {
+    // Then the peak is that of the coat.
+    if (HAS_COAT && !reflects(lobe)) return;
     summary.specular = lobe.alpha > 0.0 ? luminance(fresnel(lobe, 1.0)) * below : 0.0;
     summary.specular_grazing = luminance(fresnel(lobe, 0.0)) * below;
     summary.alpha_squared = square(lobe.alpha);

@@ -37,10 +37,10 @@ void main() {
         Surface surface = surface_at(hit, ray);
         float cosine = max(-dot(ray.direction, surface.shading_normal), 0.0);
         vec3 tangent, bitangent;
-        tangent_frame(surface.shading_normal, tangent, bitangent);
+        shading_frame(surface.shading_normal, surface.layers, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
                               dot(ray.direction, surface.shading_normal));
-        Bsdf bsdf = make_bsdf(surface.material, surface.layers, outgoing);
+        Bsdf bsdf = make_bsdf(surface.material, in_frame(surface.layers, tangent, bitangent, surface.shading_normal), outgoing);
         vec3 before = SURFACES_NAMED
             ? previous_point(hit.instance, hit.primitive, clamp(hit.barycentrics, 0.0, 1.0), surface.position)
             : previous_point(surface.instance, surface.position);

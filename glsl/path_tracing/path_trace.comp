@@ -214,10 +214,10 @@ void main() {
         }
         float near = near_distance(surface.clearance, surface.back_off);
         vec3 tangent, bitangent;
-        tangent_frame(surface.shading_normal, tangent, bitangent);
+        shading_frame(surface.shading_normal, surface.layers, tangent, bitangent);
         vec3 outgoing = -vec3(dot(ray.direction, tangent), dot(ray.direction, bitangent),
                               dot(ray.direction, surface.shading_normal));
-        Bsdf bsdf = make_bsdf(surface.material, surface.layers, outgoing);
+        Bsdf bsdf = make_bsdf(surface.material, in_frame(surface.layers, tangent, bitangent, surface.shading_normal), outgoing);
 
         bool narrow = HAS_SPECULAR && narrow_probability(bsdf, NARROW_ALPHA) > 0.5;
 

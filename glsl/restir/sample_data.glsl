@@ -119,6 +119,18 @@ GpuMaterial unpack_material(SampleData data) {
     return material;
 }
 
+// The layers of a primary surface in an epoch, for a viewer along `direction`.
+Layers unpack_layers(SampleData data, vec3 direction, uint epoch) {
+    if (!SURFACES_NAMED) return layers_at(data.material_or_primitive);
+    if (!HAS_LAYERS) return NO_LAYERS;
+    GpuInstance instance = instance_at(data.instance, MOVES ? epoch : CURRENT);
+    uint primitive = data.material_or_primitive;
+    TrianglePoint point = triangle_point(instance, primitive, named_weights(data));
+    Layers layers = layers_at(material_index(data), instance, primitive, named_weights(data), point);
+    if (HAS_COAT_NORMALS) layers.coat_normal = facing_viewer(layers.coat_normal, geometric_normal(data), true, direction);
+    return layers;
+}
+
 // The surface at a ray's hit. `numbers` in [0, 1) round its colour; a pixel's are the same in every frame, so that a surface at rest
 // stays the same.
 SampleData pack_sample_data(Surface surface, Hit hit, Ray ray, vec3 numbers) {
@@ -154,10 +166,14 @@ bool has_surface(SampleData data) { return data.instance != NONE; }
 
 vec3 surface_position(SampleData data, Ray ray) { return ray.origin + data.depth * ray.direction; }
 
-ShadingPoint unpack_shading_point(SampleData data, Ray ray) {
+// The shading point of a primary surface, which was stored in the frame `epoch`.
+ShadingPoint unpack_shading_point(SampleData data, Ray ray, uint epoch) {
     float clearance = uintBitsToFloat((data.packed_normals.z >> 24u) << 23u);
     vec3 normal = geometric_normal(data);
     vec3 error = depth_along_error(ray.origin, ray.direction, data.depth, normal, clearance);
     return make_shading_point(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
-                       shading_normal(data), unpack_material(data), layers_at(material_index(data)), ray.direction);
+                       shading_normal(data), unpack_material(data), unpack_layers(data, ray.direction, epoch),
+                       ray.direction);
 }
+
+ShadingPoint unpack_shading_point(SampleData data, Ray ray) { return unpack_shading_point(data, ray, CURRENT); }

@@ -113,7 +113,7 @@ void merge_history() {
     historic.age += 1u;
     is_static = !MOVES && before == ivec2(pixel) && previous == data && previous_ray == ray;
     point_now = unpack_shading_point(data, ray);
-    point_before = unpack_shading_point(previous, previous_ray);
+    point_before = unpack_shading_point(previous, previous_ray, PREVIOUS);
     count(COUNTER_NEIGHBOURS, 1u);
     Random random = pass_random(pixel, FIRST_STREAM + STREAM_TEMPORAL);
     packed = pack_reservoir(merge(MIS, 2u, VISIBILITY == VISIBILITY_WEIGHTS, false, random).reservoir);

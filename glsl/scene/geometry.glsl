@@ -28,8 +28,8 @@ GpuMaterial material_at(uint index) {
 Layers layers_at(uint index) {
     if (!HAS_LAYERS) return NO_LAYERS;
     GpuMaterialLayers found = load_material_layers(scene.at.material_count + index);
-    return Layers(found.coat, found.coat_roughness, found.anisotropy, found.transmission, found.ior, found.absorption.x >= 0.0,
-                  max(found.absorption, vec3(0.0)), found.dispersion);
+    return Layers(found.coat, found.coat_roughness, vec3(0.0, 0.0, 1.0), found.anisotropy, vec3(0.0), found.transmission,
+                  found.ior, found.absorption.x >= 0.0, max(found.absorption, vec3(0.0)), found.dispersion);
 }
 
 // A triangle's corners in object space.

@@ -9,25 +9,31 @@ vec4 corner_tangent(GpuInstance instance, uint packed) {
     return vec4(normalize(tangent), (packed & 1u) != 0u ? -1.0 : 1.0);
 }
 
-// Turns the shading normal of a point by the normal map of its material.
-void map_normal(inout TrianglePoint point, GpuMaterial material, GpuInstance instance, uint primitive, vec2 weights) {
-    if (!HAS_NORMAL_MAPS || material.normal_texture == NONE || instance.first_tangent == NONE) return;
+// The tangent and the bitangent of a mesh at a point, perpendicular to `normal`; false where the mesh has none.
+bool mesh_tangents(GpuInstance instance, uint primitive, vec2 weights, vec3 normal, out vec3 tangent, out vec3 bitangent) {
+    if (instance.first_tangent == NONE) return false;
     uvec3 corners = corner_directions.at[instance.first_tangent + primitive];
     vec4 first = corner_tangent(instance, corners.x);
-    vec3 tangent = (1.0 - weights.x - weights.y) * first.xyz + weights.x * corner_tangent(instance, corners.y).xyz
+    tangent = (1.0 - weights.x - weights.y) * first.xyz + weights.x * corner_tangent(instance, corners.y).xyz
         + weights.y * corner_tangent(instance, corners.z).xyz;
-    vec3 normal = point.shading_normal;
     tangent -= dot(tangent, normal) * normal;
     float size = dot(tangent, tangent);
     // Opposite corner tangents can cancel out.
-    if (size <= TINY) return;
+    if (size <= TINY) return false;
     tangent *= inversesqrt(size);
     vec3 columns[4] = instance.object_to_world;
     bool mirrored = dot(cross(columns[0], columns[1]), columns[2]) < 0.0;
-    vec3 bitangent = cross(normal, tangent) * (mirrored ? -first.w : first.w);
-    GpuTexture used = load_textures(material.normal_texture);
+    bitangent = cross(normal, tangent) * (mirrored ? -first.w : first.w);
+    return true;
+}
+
+// Turns the shading normal of a point by a normal map.
+void turn_normal(inout TrianglePoint point, uint texture, float scale, GpuInstance instance, uint primitive, vec2 weights) {
+    vec3 normal = point.shading_normal, tangent, bitangent;
+    if (!mesh_tangents(instance, primitive, weights, normal, tangent, bitangent)) return;
+    GpuTexture used = load_textures(texture);
     vec3 turned = texture_at(used, uv_at(instance, primitive, weights, used.set), false).rgb * 2.0 - 1.0;
-    turned.xy *= material.normal_scale;
+    turned.xy *= scale;
     vec3 mapped = tangent * turned.x + bitangent * turned.y + normal * turned.z;
     float length_squared = dot(mapped, mapped);
     if (length_squared <= TINY) return;
@@ -38,4 +44,10 @@ void map_normal(inout TrianglePoint point, GpuMaterial material, GpuInstance ins
     if (facing < MIN_FACING) mapped = normalize(mapped + (MIN_FACING - facing) * side);
     point.shading_normal = mapped;
     point.interpolated = true;
+}
+
+// Turns the shading normal of a point by the normal map of its material.
+void map_normal(inout TrianglePoint point, GpuMaterial material, GpuInstance instance, uint primitive, vec2 weights) {
+    if (!HAS_NORMAL_MAPS || material.normal_texture == NONE) return;
+    turn_normal(point, material.normal_texture, material.normal_scale, instance, primitive, weights);
 }

@@ -44,7 +44,8 @@ ShadingPoint make_shading_point(vec3 position, float clearance, float back_off, 
     shading_point.back_off = -back_off * direction;
     shading_point.geometric_normal = geometric_normal;
     shading_point.shading_normal = shading_normal;
-    tangent_frame(shading_normal, shading_point.tangent, shading_point.bitangent);
+    shading_frame(shading_normal, layers, shading_point.tangent, shading_point.bitangent);
+    layers = in_frame(layers, shading_point.tangent, shading_point.bitangent, shading_normal);
     shading_point.outgoing = to_shading(shading_point, -direction);
     shading_point.bsdf = make_bsdf(material, layers, shading_point.outgoing);
     return shading_point;

@@ -4,6 +4,7 @@
 #include "core/rounding.glsl"
 #include "bsdf/bsdf.glsl"
 #include "scene/normal_map.glsl"
+#include "scene/surface_layers.glsl"
 #include "scene/textures.glsl"
 #include "scene/trace.glsl"
 #include "scene/triangle_owner.glsl"
@@ -49,20 +50,28 @@ vec3 reflecting_outwards(vec3 shading_normal, vec3 geometric_normal, vec3 direct
     return sqrt(0.5 * (1.0 - twice)) * aside + sqrt(0.5 * (1.0 + twice)) * geometric_normal;
 }
 
-// The normals of a material's surface on the side of a viewer that looks along `direction`.
-void face_viewer(TrianglePoint point, GpuMaterial material, vec3 direction, out vec3 geometric_normal, out vec3 shading_normal) {
-    geometric_normal = dot(point.normal, direction) < 0.0 ? point.normal : -point.normal;
-    shading_normal = geometric_normal;
-    if (!point.interpolated) return;
-    shading_normal = dot(point.shading_normal, geometric_normal) < 0.0 ? -point.shading_normal : point.shading_normal;
+// A shading normal on the side of a viewer that looks along `direction`, bent for this viewer. `has_mirror` is true if the
+// surface has a lobe around the mirror direction.
+vec3 facing_viewer(vec3 shading_normal, vec3 geometric_normal, bool has_mirror, vec3 direction) {
+    shading_normal = dot(shading_normal, geometric_normal) < 0.0 ? -shading_normal : shading_normal;
     // At a silhouette the interpolated normal may point away from the viewer, which would leave black specks. It is
     // bent until it just faces the viewer.
     float facing = -dot(shading_normal, direction);
     if (facing < MIN_FACING) shading_normal = normalize(shading_normal - (MIN_FACING - facing) * direction);
     // A matte surface has no mirror direction to lose.
-    if (has_specular_lobe(material.metallic, material.dielectric_f90)) {
-        shading_normal = reflecting_outwards(shading_normal, geometric_normal, direction);
-    }
+    if (has_mirror) shading_normal = reflecting_outwards(shading_normal, geometric_normal, direction);
+    return shading_normal;
+}
+
+// The normals of a material's surface, and of its coat, on the side of a viewer that looks along `direction`.
+void face_viewer(TrianglePoint point, GpuMaterial material, inout Layers layers, vec3 direction, out vec3 geometric_normal,
+                 out vec3 shading_normal) {
+    geometric_normal = dot(point.normal, direction) < 0.0 ? point.normal : -point.normal;
+    if (HAS_COAT_NORMALS) layers.coat_normal = facing_viewer(layers.coat_normal, geometric_normal, true, direction);
+    shading_normal = geometric_normal;
+    if (!point.interpolated) return;
+    bool has_mirror = has_specular_lobe(material.metallic, material.dielectric_f90) || (HAS_COAT && layers.coat > 0.0);
+    shading_normal = facing_viewer(point.shading_normal, geometric_normal, has_mirror, direction);
 }
 
 // What the camera sees of an unlit surface; 0 for all others.
@@ -97,9 +106,9 @@ Surface surface_at(Hit hit, Ray ray) {
     surface.position = point.position;
     surface.error = point.error;
     surface.material = material_at(owner.material, instance, hit.primitive, hit.barycentrics);
-    surface.layers = layers_at(owner.material);
+    surface.layers = layers_at(owner.material, instance, hit.primitive, hit.barycentrics, point);
     map_normal(point, surface.material, instance, hit.primitive, hit.barycentrics);
-    face_viewer(point, surface.material, ray.direction, surface.geometric_normal, surface.shading_normal);
+    face_viewer(point, surface.material, surface.layers, ray.direction, surface.geometric_normal, surface.shading_normal);
     surface.clearance = clearance_of(surface.geometric_normal, surface.error);
     refine_by_ray(surface.position, surface.error, surface.clearance, surface.geometric_normal, ray.origin, ray.direction);
     // Rounding may move a very close hit behind the ray's origin.

@@ -101,7 +101,7 @@ vec3 corner_color(uint index) {
 float corner_alpha(uint index) { return unpackUnorm2x16(colors.at[index].y).y; }
 
 // Whether materials differ from point to point.
-const bool VARIES = HAS_TEXTURES || HAS_SPECULAR_TEXTURES || HAS_VERTEX_COLORS || HAS_NORMAL_MAPS;
+const bool VARIES = HAS_TEXTURES || HAS_SPECULAR_TEXTURES || HAS_VERTEX_COLORS || HAS_NORMAL_MAPS || HAS_LAYERS;
 
 // A material with its textures and vertex colours at a point of a triangle.
 GpuMaterial with_textures(GpuMaterial material, GpuInstance instance, uint primitive, vec2 weights) {

@@ -265,6 +265,7 @@ pub fn gpu_layers(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::layers::Volume;
 
     #[test]
     fn masks_cover_at_their_cutoff_and_not_below() {
@@ -295,5 +296,25 @@ mod tests {
             ..Material::default()
         };
         assert_eq!(least_coverage(&clear, 0.5), f32::INFINITY);
+    }
+
+    #[test]
+    fn volumes_absorb_by_their_distance_and_sheets_do_not() {
+        let mut material = Material::default();
+        material.layers.volume = Volume {
+            thickness: 1.0,
+            attenuation_distance: 2.0,
+            attenuation_color: Vec3::new(0.5, 1.0, 0.0),
+            ..Volume::default()
+        };
+        // A unit of 4: two scene units are half of it.
+        let absorption = gpu_layers(&material, 4.0, |_| NONE).absorption;
+        assert!((absorption.x - 2.0 * 2.0_f32.ln()).abs() < 1e-6);
+        assert_eq!(absorption.y, 0.0);
+        assert!(absorption.z > 100.0 && absorption.z.is_finite());
+        material.layers.volume.attenuation_distance = f32::INFINITY;
+        assert_eq!(gpu_layers(&material, 4.0, |_| NONE).absorption, Vec3::ZERO);
+        material.layers.volume.thickness = 0.0;
+        assert!(gpu_layers(&material, 4.0, |_| NONE).absorption.x < 0.0);
     }
 }

@@ -3,6 +3,7 @@
 //! materials have none of them.
 
 use super::Texture;
+use crate::shader_interface::MIRROR_ROUGHNESS;
 use glam::Vec3;
 
 /// The properties of a material beyond the metallic-roughness model. With the default, the material has none of them.
@@ -106,6 +107,14 @@ impl Default for Volume {
     }
 }
 
+impl Coat {
+    /// True if there is a coat that may be treated as a perfect mirror: its roughness is below [`MIRROR_ROUGHNESS`], or it has
+    /// a roughness texture, which may lower the roughness.
+    pub fn is_smooth(&self) -> bool {
+        self.factor > 0.0 && (self.roughness < MIRROR_ROUGHNESS || self.roughness_texture.is_some())
+    }
+}
+
 impl Layers {
     /// The textures of all layers, each with the name of its slot, for messages; `None` where there is no texture.
     pub fn textures(&self) -> [(&'static str, &Option<Texture>); 6] {
@@ -117,6 +126,14 @@ impl Layers {
             ("transmission texture", &self.transmission.texture),
             ("thickness texture", &self.volume.thickness_texture),
         ]
+    }
+
+    /// True if a texture changes a value of a layer from point to point. Normal maps do not count, nor does the thickness.
+    pub fn has_textures(&self) -> bool {
+        self.coat.texture.is_some()
+            || self.coat.roughness_texture.is_some()
+            || self.anisotropy.texture.is_some()
+            || self.transmission.texture.is_some()
     }
 
     /// True if the picture can differ from that of the same material without layers. Volume and dispersion have an effect

@@ -136,7 +136,7 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// The material of a surface, by the metallic-roughness model (glTF 2.0 with emissive strength, specular and ior). It
+/// The material of a surface, by the metallic-roughness model (glTF 2.0 with emissive strength, specular, ior and layers). It
 /// decides how the surface reflects, emits and blocks light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {

@@ -27,8 +27,8 @@ pub struct Requirements {
     pub environment: bool,
     /// True if some material has a specular lobe; otherwise shaders assume that all surfaces are purely Lambertian.
     pub specular: bool,
-    /// True if some surface with a specular lobe may be treated as a perfect mirror: its roughness is below
-    /// [`MIRROR_ROUGHNESS`], or it has a metallic-roughness texture, which may lower the roughness. For reports only.
+    /// True if some specular lobe or clear coat may be treated as a perfect mirror: its roughness is below
+    /// [`MIRROR_ROUGHNESS`], or it has a texture, which may lower the roughness. For reports only.
     pub near_delta: bool,
     /// True if some surface has a clear coat; otherwise shaders leave out the lobe of the coat.
     pub coat: bool,
@@ -38,7 +38,8 @@ pub struct Requirements {
     /// True if light passes through some surface by transmission; otherwise shaders assume opaque surfaces, apart from
     /// alpha.
     pub transmission: bool,
-    /// True if some material has a base colour or metallic-roughness texture; otherwise shaders do not read them.
+    /// True if some material has a texture of base colour, metalness and roughness, or of a layer; otherwise shaders do not
+    /// read them.
     pub textures: bool,
     /// True if some material has a texture of its specular reflection; otherwise shaders do not read them.
     pub specular_textures: bool,
@@ -53,7 +54,7 @@ pub struct Requirements {
     /// True if some surface that may emit light is partly transparent. Light samples alone then find its light, while BSDF
     /// rays pass it.
     pub blended_lights: bool,
-    /// True if some material has a normal map; otherwise shaders do not read normal maps or tangents.
+    /// True if some material or its clear coat has a normal map; otherwise shaders do not read normal maps or tangents.
     pub normal_maps: bool,
     /// True if some material is unlit, so that the camera sees its colour without light; otherwise shaders do not test
     /// whether a material is unlit.
@@ -104,6 +105,7 @@ impl Requirements {
         let edges: Vec<f64> = scene.meshes.iter().map(longest_edge).collect();
         let large = LARGE * usual_size(&scene.loose_boxes());
         let mut placed = vec![false; scene.meshes.len()];
+        let mut layer_textures = false;
         for instance in &scene.instances {
             let seen = &mut placed[instance.mesh as usize];
             required.shared_meshes |= *seen;
@@ -128,7 +130,8 @@ impl Requirements {
                 required.emissive_textures |=
                     lights[part.material as usize] && material.emissive_texture.is_some();
                 required.textures |= material.base_color_texture.is_some()
-                    || material.metallic_roughness_texture.is_some();
+                    || material.metallic_roughness_texture.is_some()
+                    || material.layers.has_textures();
                 required.specular_textures |= material.has_specular_textures();
                 required.alpha |= material.alpha_mode != AlphaMode::Opaque;
                 let blends = material.blends(mesh);
@@ -136,19 +139,25 @@ impl Requirements {
                 required.blended_lights |= blends && lights[part.material as usize];
                 required.unlit |= material.unlit;
                 required.culled |= material.culled;
-                required.normal_maps |= material.normal_texture.is_some();
+                required.normal_maps |= material.normal_texture.is_some()
+                    || material.layers.coat.normal_texture.is_some();
                 required.specular |=
                     material.has_specular_lobe() || material.layers.coat.factor > 0.0;
                 required.coat |= material.layers.coat.factor > 0.0;
                 required.anisotropy |=
                     material.has_specular_lobe() && material.layers.anisotropy.strength > 0.0;
+                layer_textures |= material.layers.has_textures();
                 required.transmission |= material.layers.transmission.factor > 0.0;
                 // A texture can give any point a low roughness.
                 let smooth = material.roughness < MIRROR_ROUGHNESS
                     || material.metallic_roughness_texture.is_some();
                 required.near_delta |= material.has_specular_lobe() && smooth;
+                required.near_delta |= material.layers.coat.is_smooth();
             }
         }
+        // A surface that is not named stores neither what textures change of layers, nor a direction or a second normal.
+        required.named_surfaces |=
+            layer_textures || required.anisotropy || (required.coat && required.normal_maps);
         required
     }
 
@@ -388,7 +397,7 @@ mod tests {
             vertex_colors: true,
             smooth_normals: true,
             large_triangles: false,
-            named_surfaces: false,
+            named_surfaces: true,
             multi_part_meshes: true,
             shared_meshes: true,
             mirrored_instances: true,

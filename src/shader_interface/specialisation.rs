@@ -19,8 +19,8 @@ crate::gpu_specialisation! {
         /// True if some mesh has normals at its vertices, which shaders interpolate; if false, they use the normals of the
         /// flat triangles.
         pub has_smooth_normals: bool = true,
-        /// True if some material has a texture of base colour, metalness or roughness; if false, shaders do not read such
-        /// textures.
+        /// True if some material has a texture of base colour, metalness or roughness, or of a layer such as a clear coat; if
+        /// false, shaders do not read such textures.
         pub has_textures: bool = true,
         /// True if some material has a texture of its specular reflection (`KHR_materials_specular`); if false, shaders do
         /// not read such textures.
@@ -38,7 +38,7 @@ crate::gpu_specialisation! {
         pub has_blend: bool = false,
         /// True if such a surface emits light. Light samples then find the light of its triangles, and BSDF rays do not.
         pub has_blended_lights: bool = false,
-        /// True if some material has a normal map; if false, shaders do not read normal maps and tangents.
+        /// True if some material or its clear coat has a normal map; if false, shaders do not read normal maps and tangents.
         pub has_normal_maps: bool = true,
         /// True if some material is unlit: the camera sees its base colour as radiance, and all other rays see black. If
         /// false, shaders do not test for unlit materials.

@@ -185,7 +185,7 @@ fn what_is_ignored_may_be_anything() {
         json["skins"] = json!({});
         json["extras"] = json!([null]);
         json["materials"][0]["extras"] = "text".into();
-        json["materials"][0]["extensions"] = json!({ "KHR_materials_clearcoat": [] });
+        json["materials"][0]["extensions"] = json!({ "KHR_materials_sheen": [] });
     });
     assert_eq!(load(&file).content_hash(), plain);
 }
@@ -408,7 +408,7 @@ fn unused_vertices_of_shared_accessors_are_left_out() {
 #[test]
 fn what_is_ignored_is_said_once() {
     let file = Gltf::triangle().with(|json| {
-        json["extensionsUsed"] = json!(["KHR_materials_sheen", "KHR_materials_clearcoat"]);
+        json["extensionsUsed"] = json!(["KHR_materials_sheen", "KHR_materials_iridescence"]);
         json["nodes"][0]["skin"] = 0.into();
         let primitive = &mut json["meshes"][0]["primitives"][0];
         primitive["targets"] = json!([{ "POSITION": 0 }]);
@@ -433,7 +433,7 @@ fn what_is_ignored_is_said_once() {
     assert_eq!(
         scene.notices,
         [
-            "extensions that are not supported are ignored: KHR_materials_sheen, KHR_materials_clearcoat",
+            "extensions that are not supported are ignored: KHR_materials_sheen, KHR_materials_iridescence",
             "textures that are not supported are ignored: occlusion (2)",
             "alpha modes that are unknown are taken as OPAQUE: material 0 \"paint\" has \"GLASS\"",
             "skins are ignored, the mesh stands as modelled: node 0 \"root\"",

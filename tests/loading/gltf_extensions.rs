@@ -1,7 +1,9 @@
 //! Tests of glTF extensions that decide which meshes a scene shows, how often, and with which materials.
 
 use crate::files::{Folder, Gltf};
-use headwater::scene::Scene;
+use glam::Vec3;
+use headwater::scene::layers::{Anisotropy, Coat, Transmission, Volume};
+use headwater::scene::{Layers, Scene};
 use headwater::scene_files::{Options, load_watched};
 use serde_json::{Value, json};
 
@@ -314,4 +316,74 @@ fn levels_of_detail_hide_nodes_only_for_a_finer_one_in_the_scene() {
     let instances = load(&file).instances;
     let names: Vec<&str> = instances.iter().map(|i| i.name.as_str()).collect();
     assert_eq!(names, ["own", "coarse"]);
+}
+
+/// The triangle with layers of its material, from the extensions in `extensions`.
+fn layered(extensions: Value) -> Gltf {
+    Gltf::triangle().with(|json| json["materials"][0]["extensions"] = extensions)
+}
+
+#[test]
+fn layers_of_materials_are_read() {
+    let file = layered(json!({
+        "KHR_materials_clearcoat": { "clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25 },
+        "KHR_materials_anisotropy": { "anisotropyStrength": 0.75, "anisotropyRotation": 1.5 },
+        "KHR_materials_transmission": { "transmissionFactor": 0.125 },
+        "KHR_materials_volume": {
+            "thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0.5, 1, 0.25],
+        },
+        "KHR_materials_dispersion": { "dispersion": 0.1 },
+        "KHR_materials_ior": { "ior": 1.75 },
+    }));
+    let scene = load(&file);
+    let expected = Layers {
+        coat: Coat {
+            factor: 0.5,
+            roughness: 0.25,
+            ..Coat::default()
+        },
+        anisotropy: Anisotropy {
+            strength: 0.75,
+            rotation: 1.5,
+            texture: None,
+        },
+        transmission: Transmission {
+            factor: 0.125,
+            texture: None,
+        },
+        volume: Volume {
+            thickness: 2.0,
+            thickness_texture: None,
+            attenuation_distance: 3.0,
+            attenuation_color: Vec3::new(0.5, 1.0, 0.25),
+        },
+        dispersion: 0.1,
+    };
+    assert_eq!(scene.materials[0].layers, expected);
+    assert_eq!(scene.materials[0].ior, 1.75);
+}
+
+#[test]
+fn layers_out_of_range_are_clamped_with_one_notice() {
+    let scene = load(&layered(json!({
+        "KHR_materials_clearcoat": { "clearcoatFactor": 2, "clearcoatRoughnessFactor": -1 },
+        "KHR_materials_volume": {
+            "thicknessFactor": 1, "attenuationDistance": 0, "attenuationColor": [2, 1, 1],
+        },
+        "KHR_materials_ior": { "ior": 0.5 },
+    })));
+    let layers = &scene.materials[0].layers;
+    assert_eq!((layers.coat.factor, layers.coat.roughness), (1.0, 0.0));
+    assert_eq!(layers.volume.attenuation_color, Vec3::ONE);
+    assert_eq!(layers.volume.attenuation_distance, f32::INFINITY);
+    assert_eq!(scene.materials[0].ior, 1.0);
+    let notices = scene.notices.join("\n");
+    for expected in [
+        "outside of their range are clamped: 3 times, first clear coat factor of material 0",
+        "attenuation distances of 0 count as infinite: material 0",
+        "indices of refraction below 1 become 1: material 0",
+    ] {
+        assert!(notices.contains(expected), "{notices}");
+    }
+    assert_eq!(scene.notices.len(), 3, "{notices}");
 }

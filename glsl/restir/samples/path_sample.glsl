@@ -37,12 +37,13 @@ struct PathSample {
     uint material_index;
     // With its textures and vertex colours; unused where materials do not vary.
     GpuMaterial material;
+    Layers layers;
 };
 
 PathSample empty_path_sample() {
     TrianglePoint point = TrianglePoint(vec3(0.0), vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0, 0.0, 1.0), false);
     return PathSample(PATH_NONE, NONE, 0u, vec2(0.0), LightPoint(LIGHT_NONE, NONE, vec2(0.0)), vec3(0.0, 0.0, 1.0),
-                      vec3(0.0), point, 0.0, 0u, GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u, NONE, 0.0, ALPHA_OPAQUE, 1.0));
+                      vec3(0.0), point, 0.0, 0u, GpuMaterial(vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, NONE, NONE, 0u, NONE, 0.0, ALPHA_OPAQUE, 1.0), NO_LAYERS);
 }
 
 // Where the hit of a ray lies on its triangle. `position` is the point that the ray and the triangle give together.
@@ -79,6 +80,7 @@ void place_vertex(inout PathSample value, uint epoch) {
     value.clearance = clearance_of(value.point.normal, value.point.error);
     value.material_index = triangle_owner(instance, value.primitive).material;
     if (VARIES) value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
+    value.layers = layers_at(value.material_index, instance, value.primitive, barycentrics, value.point);
     map_normal(value.point, value.material, instance, value.primitive, barycentrics);
 }
 
@@ -95,10 +97,11 @@ float aim_at_light(inout PathSample value, uint epoch) {
 ShadingPoint vertex_shading_point(PathSample value, vec3 direction) {
     GpuMaterial material = value.material;
     if (!VARIES) material = material_at(value.material_index);
+    Layers layers = value.layers;
     vec3 geometric_normal, shading_normal;
-    face_viewer(value.point, material, direction, geometric_normal, shading_normal);
+    face_viewer(value.point, material, layers, direction, geometric_normal, shading_normal);
     return make_shading_point(value.point.position, value.clearance, 0.0, geometric_normal, shading_normal, material,
-                              layers_at(value.material_index), direction);
+                              layers, direction);
 }
 
 // ---- Target and shadow rays
@@ -245,9 +248,10 @@ void unpack_sample(PackedReservoir p, uint epoch, out PathSample value) {
         value.material_index = p.words[14] & ~INTERPOLATED;
         if (VARIES) {
             vec2 barycentrics;
-            vertex_point(value, epoch, barycentrics);
+            TrianglePoint point = vertex_point(value, epoch, barycentrics);
             GpuInstance instance = instance_at(value.instance, epoch);
             value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
+            value.layers = layers_at(value.material_index, instance, value.primitive, barycentrics, point);
         }
     } else {
         place_vertex(value, epoch);

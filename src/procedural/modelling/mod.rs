@@ -13,7 +13,7 @@ pub mod tumble;
 mod turned;
 
 pub use builder::{Builder, Model, SINK};
-pub use materials::{dielectric, emitter, metal};
+pub use materials::{brushed, coated, dielectric, emitter, metal};
 pub use rounded::{lathe, soft_box};
 pub use shape::Shape;
 pub use tessellate::tessellate_lights;

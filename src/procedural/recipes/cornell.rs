@@ -2,7 +2,7 @@
 //! under the ceiling. `cornell` is a well-known picture to compare with, and `cornell-glossy` tests glossy reflections. The
 //! box is two metres wide, high and deep, and its floor is at height 0.
 
-use crate::procedural::modelling::{Builder, Shape, dielectric, emitter, metal};
+use crate::procedural::modelling::{Builder, Shape, brushed, coated, dielectric, emitter, metal};
 use crate::procedural::parameters::{Parameter, Range, Values};
 use crate::scene::{Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -23,11 +23,11 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         name: "finish",
         doc: "What blocks and floor are made of",
         default: "matte",
-        values: Range::Words(&["matte", "metal", "lacquer"]),
+        values: Range::Words(&["matte", "metal", "lacquer", "coated", "brushed"]),
     },
     Parameter {
         name: "roughness",
-        doc: "Roughness of metal and lacquer; below .01 a mirror",
+        doc: "Roughness of metal, lacquer and clear coat, and across the grain of brushed metal",
         default: "0.3",
         values: Range::Real(0.0, 1.0),
     },
@@ -86,6 +86,8 @@ pub(super) fn plain(values: &Values) -> Scene {
     let made_of = |name: &str| match values.text("finish") {
         "metal" => metal(name, Vec3::from(WHITE), roughness),
         "lacquer" => dielectric(name, Vec3::from(WHITE), roughness),
+        "coated" => coated(metal(name, Vec3::new(0.9, 0.35, 0.2), 0.6), roughness),
+        "brushed" => brushed(metal(name, Vec3::from(WHITE), roughness), 0.8),
         _ => Material::lambert(name, Vec3::from(WHITE)),
     };
     let mut room = room(made_of("floor"));

@@ -5,7 +5,7 @@ use crate::scene::notices::{Tally, listed, quoted};
 use crate::{Error, Result};
 
 /// The glTF extensions that are supported.
-const SUPPORTED: [&str; 18] = [
+const SUPPORTED: [&str; 20] = [
     "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -13,6 +13,8 @@ const SUPPORTED: [&str; 18] = [
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
