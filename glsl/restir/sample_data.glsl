@@ -30,6 +30,12 @@ vec3 geometric_normal(SampleData data) { return unpack_normal(data.packed_normal
 
 vec3 shading_normal(SampleData data) { return unpack_normal(data.packed_normals.y, data.packed_normals.z >> NORMAL_REST); }
 
+// In the word of the material: the viewer is on the back of the surface. So surfaces that are viewed from different sides count as
+// different materials.
+const uint VIEWED_FROM_BACK = 0x80000000u;
+
+uint material_index(SampleData data) { return HAS_TRANSMISSION ? data.material & ~VIEWED_FROM_BACK : data.material; }
+
 // What textures and vertex colours change of a material: the square roots of the base colour in 12 bits each, which divide
 // dark colours more finely; metalness in 12 bits; roughness in 15; and whether the base colour differs from the material's.
 const float COLOR_STEPS = 4095.0;
@@ -90,7 +96,7 @@ uvec2 pack_material(GpuMaterial material, uint index, vec3 numbers) {
 
 // The material of a primary surface.
 GpuMaterial unpack_material(SampleData data) {
-    GpuMaterial material = material_at(data.material);
+    GpuMaterial material = material_at(material_index(data));
     if (!VARIES) return material;
     uvec2 p = data.packed_material;
     if (has_specular_textures(material)) {
@@ -113,8 +119,9 @@ SampleData pack_sample_data(Surface surface, Ray ray, vec3 numbers) {
     vec3 normal = surface.geometric_normal;
     float clearance = surface.clearance;
     float depth = depth_along(ray.origin, ray.direction, surface.position, normal, clearance);
-    return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance),
-                      surface.material_index, surface.instance, pack_material(surface.material, surface.material_index, numbers));
+    uint material = surface.material_index;
+    if (HAS_TRANSMISSION && surface.layers.inside) material |= VIEWED_FROM_BACK;
+    return SampleData(depth, pack_normals(normal, surface.shading_normal, clearance), material, surface.instance, pack_material(surface.material, surface.material_index, numbers));
 }
 
 // Macros, because GLSL cannot pass buffers to functions. Passes that only read sample data read it as texels, two an
@@ -143,6 +150,9 @@ ShadingPoint unpack_shading_point(SampleData data, Ray ray) {
     float clearance = uintBitsToFloat((data.packed_normals.z >> 24u) << 23u);
     vec3 normal = geometric_normal(data);
     vec3 error = depth_along_error(ray.origin, ray.direction, data.depth, normal, clearance);
-    return make_shading_point(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
-                       shading_normal(data), unpack_material(data), layers_at(data.material), ray.direction);
+    Layers layers = layers_at(material_index(data), (data.material & VIEWED_FROM_BACK) != 0u);
+    ShadingPoint shading_point = make_shading_point(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
+                       shading_normal(data), unpack_material(data), layers, ray.direction);
+    if (HAS_TRANSMISSION && layers.inside) shading_point.passed_to_viewer = passed_light(shading_point.behind, data.depth);
+    return shading_point;
 }

@@ -7,7 +7,7 @@
 // The normal by which surfaces are compared: the shading normal, or, where a normal map turns that from pixel to pixel, the
 // geometric one.
 vec3 compared_normal(SampleData data) {
-    bool mapped = HAS_NORMAL_MAPS && material_at(data.material).normal_texture != NONE;
+    bool mapped = HAS_NORMAL_MAPS && material_at(material_index(data)).normal_texture != NONE;
     return mapped ? geometric_normal(data) : shading_normal(data);
 }
 

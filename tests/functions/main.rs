@@ -4,6 +4,7 @@
 mod camera;
 mod directions;
 mod environment;
+mod glass;
 mod light_bvh;
 mod lights;
 mod lobes;
