@@ -67,7 +67,7 @@ fn versions_and_extensions_that_are_not_supported() {
     assert_names(&text, &["version \"2.1\""]);
     let text = refuse(|json| *json = json!({ "asset": { "version": "1.0" }, "nodes": {} }));
     assert_names(&text, &["version \"1.0\""]);
-    let name = "KHR_materials_transmission";
+    let name = "KHR_materials_sheen";
     let text = refuse(|json| json["extensionsRequired"] = json!([name]));
     assert_names(&text, &[name, "not supported"]);
 }
