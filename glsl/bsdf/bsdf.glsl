@@ -57,18 +57,31 @@ Bsdf make_bsdf(GpuMaterial material, Layers layers, vec3 outgoing) {
     return bsdf;
 }
 
-// f and the density of sampling it; both are 0 below the horizon. Delta lobes are not included.
+// True if light of a direction can be seen, by its cosines to both normals: both must be on one side. Light from below the surface
+// comes through it.
+bool is_seen(float geometric_cosine, float shading_cosine) {
+    return HAS_TRANSMISSION ? geometric_cosine * shading_cosine > 0.0 : geometric_cosine > 0.0;
+}
+
+// The cosine by which light of a direction is spread over the surface.
+float spread_cosine(float shading_cosine) { return HAS_TRANSMISSION ? abs(shading_cosine) : max(shading_cosine, 0.0); }
+
+// f and the density of sampling it; below the horizon both are those of light that comes through the surface. Delta lobes are not
+// included.
 vec3 evaluate_bsdf(Bsdf bsdf, vec3 outgoing, vec3 incoming, out float pdf_solid_angle) {
     pdf_solid_angle = 0.0;
     vec3 f = vec3(0.0);
-    if (outgoing.z <= 0.0 || incoming.z <= 0.0) return f;
-    vec3 h = normalize(outgoing + incoming);
+    bool through = HAS_TRANSMISSION && incoming.z < 0.0;
+    if (outgoing.z <= 0.0 || (incoming.z <= 0.0 && !through)) return f;
+    vec3 h;
+    if (through) h = half_through(bsdf.transmission, outgoing, incoming);
+    else h = normalize(outgoing + incoming);
     float cosine = dot(outgoing, h), below = 1.0, left = 1.0;
     // What passes a lobe is found before the branch, so that the compiler shares the Fresnel terms of both.
 #define LOBE_EVALUATE(TYPE, NAME, DELTA) \
     { \
         float passing = passes(bsdf.NAME, cosine); \
-        if (is_wide(bsdf.NAME)) \
+        if (is_wide(bsdf.NAME) && transmits(bsdf.NAME) == through) \
             f += evaluate(bsdf.NAME, below, left * bsdf.NAME.choice, outgoing, incoming, h, pdf_solid_angle); \
         below *= passing; \
         left *= 1.0 - bsdf.NAME.choice; \
@@ -100,7 +113,7 @@ bool delta_lobe(Bsdf bsdf, uint index, vec3 outgoing, out vec3 direction, out ve
 BsdfSample sample_bsdf(Bsdf bsdf, vec3 outgoing, vec4 u) {
     BsdfSample result = BsdfSample(vec3(0.0), vec3(0.0), 0.0, false, false);
     if (outgoing.z <= 0.0) return result;
-    bool selected = false;
+    bool selected = false, selected_transmits = false;
     float above = 0.0, below = 1.0;
     uint index = 0u;
     // The bottom is left for every number that no other lobe takes, however their probabilities are rounded.
@@ -116,15 +129,18 @@ BsdfSample sample_bsdf(Bsdf bsdf, vec3 outgoing, vec4 u) {
                 return result; \
             } \
             result.direction = draw(bsdf.NAME, outgoing, u.yz); \
+            selected_transmits = transmits(bsdf.NAME); \
         } \
         above += probability; \
         below *= passing; \
     }
     BSDF_LOBES(LOBE_SAMPLE)
     if (!selected) return result;
+    // A lobe may miss its side of the surface, where another lobe has a density.
+    if (HAS_TRANSMISSION && (result.direction.z < 0.0) != selected_transmits) return result;
     vec3 f = evaluate_bsdf(bsdf, outgoing, result.direction, result.pdf_solid_angle);
     result.valid = result.pdf_solid_angle > 0.0;
-    if (result.valid) result.weight = f * (result.direction.z / result.pdf_solid_angle);
+    if (result.valid) result.weight = f * (spread_cosine(result.direction.z) / result.pdf_solid_angle);
     return result;
 }
 
@@ -139,19 +155,22 @@ vec3 albedo_of(Bsdf bsdf, float cosine) {
     return sum;
 }
 
-// The same for the lobes that are no peak.
+// The same for the lobes of reflection that are no peak.
 vec3 matte_albedo_of(Bsdf bsdf, float cosine) {
     vec3 sum = vec3(0.0);
     float below = 1.0;
 #define LOBE_MATTE(TYPE, NAME, DELTA) \
-    if (alpha_of(bsdf.NAME) == 1.0) sum += albedo(bsdf.NAME, below, cosine); \
+    if (alpha_of(bsdf.NAME) == 1.0 && !transmits(bsdf.NAME)) sum += albedo(bsdf.NAME, below, cosine); \
     below *= passes(bsdf.NAME, cosine);
     BSDF_LOBES(LOBE_MATTE)
     return sum;
 }
 
+// True if a lobe that is no delta lobe lets light through the surface.
+bool lets_light_through(Bsdf bsdf) { return HAS_TRANSMISSION && is_wide(bsdf.transmission); }
+
 BsdfSummary summary_of(Bsdf bsdf, float cosine) {
-    BsdfSummary summary = BsdfSummary(0.0, 0.0, 0.0, 1.0);
+    BsdfSummary summary = BsdfSummary(0.0, 0.0, 0.0, 1.0, false);
     float below = 1.0;
 #define LOBE_SUMMARISE(TYPE, NAME, DELTA) \
     summarise(bsdf.NAME, below, cosine, summary); \

@@ -27,6 +27,8 @@ void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out CoatLobe 
     lobe.reflectance = HAS_COAT && cosine > 0.0 ? layers.coat * schlick(vec3(0.04), vec3(1.0), cosine).x : 0.0;
 }
 
+bool transmits(CoatLobe lobe) { return false; }
+
 bool reflects(CoatLobe lobe) { return HAS_COAT && lobe.reflectance > 0.0; }
 
 float passes(CoatLobe lobe, float cosine) { return HAS_COAT ? 1.0 - lobe.reflectance : 1.0; }

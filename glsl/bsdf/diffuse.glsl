@@ -9,7 +9,10 @@ struct DiffuseLobe {
 
 void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out DiffuseLobe lobe) {
     lobe.color = material.base_color * (1.0 - material.metallic);
+    if (HAS_TRANSMISSION) lobe.color *= 1.0 - layers.transmission;
 }
+
+bool transmits(DiffuseLobe lobe) { return false; }
 
 bool reflects(DiffuseLobe lobe) { return max_component(lobe.color) > 0.0; }
 

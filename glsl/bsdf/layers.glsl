@@ -25,7 +25,10 @@ struct Layers {
     // Absorption coefficient of the volume, per unit of length.
     vec3 absorption;
     float dispersion;
+    // True if the viewer is on the back of the surface, where its volume is. No property of a material: whoever knows the viewer
+    // sets it.
+    bool inside;
 };
 
 // A surface without layers.
-const Layers NO_LAYERS = Layers(0.0, 0.0, vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0, 1.5, false, vec3(0.0), 0.0);
+const Layers NO_LAYERS = Layers(0.0, 0.0, vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0, 1.5, false, vec3(0.0), 0.0, false);

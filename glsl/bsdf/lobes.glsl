@@ -6,6 +6,7 @@
 //   make_lobe(material, layers, outgoing, lobe)
 //                                         sets every member but `choice`
 //   reflects(lobe)                        false for a lobe that the material does not have
+//   transmits(lobe)                       true for a lobe whose light comes from below the surface: its directions have z < 0
 //   passes(lobe, cosine)                  the fraction of light that reaches the lobes below
 //   expected(lobe, below, cosine)         luminance that it reflects, approximately: decides how often it is sampled
 //   evaluate(lobe, below, probability, outgoing, incoming, half, pdf)
@@ -30,14 +31,19 @@ struct BsdfSummary {
     float specular;
     float specular_grazing;
     float alpha_squared;
+    // True if the matte lobes count light from behind the surface too.
+    bool two_sided;
 };
 
 #include "bsdf/coat.glsl"
+#include "bsdf/dielectric.glsl"
 #include "bsdf/diffuse.glsl"
 #include "bsdf/specular.glsl"
+#include "bsdf/transmission.glsl"
 
 // Type, member of Bsdf, and 1 if the lobe can be a delta lobe.
 #define BSDF_LOBES(LOBE) \
     LOBE(CoatLobe, coat, uint(HAS_COAT)) \
     LOBE(SpecularLobe, specular, 1u) \
+    LOBE(TransmissionLobe, transmission, (HAS_TRANSMISSION ? 1u : 0u)) \
     LOBE(DiffuseLobe, diffuse, 0u)

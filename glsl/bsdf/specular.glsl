@@ -26,6 +26,9 @@ struct SpecularLobe {
     // Energy compensation of both parts; 1 without.
     vec3 dielectric_scale;
     vec3 metal_scale;
+    // Of the boundary of a volume, the index of refraction beyond it, relative to that of the viewer's side: the dielectric then
+    // has the exact Fresnel term, and no compensation. 0 of other surfaces.
+    float index;
     // With compensation, the fraction that the dielectric part leaves to the lobes below; unused without.
     float passes;
 };
@@ -38,20 +41,31 @@ bool has_specular_lobe(float metallic, float dielectric_f90) {
     return HAS_SPECULAR && (metallic > 0.0 || dielectric_f90 > 0.0);
 }
 
+bool transmits(SpecularLobe lobe) { return false; }
+
 bool reflects(SpecularLobe lobe) { return has_specular_lobe(lobe.metallic, lobe.dielectric_f90); }
+
+// Fresnel reflectance of the dielectric part. At the boundary of a volume the exact term takes the place of Schlick's power of the
+// cosine: what is not reflected there is seen on the other side.
+vec3 dielectric_fresnel(SpecularLobe lobe, float cosine) {
+    if (!HAS_TRANSMISSION || lobe.index == 0.0) return schlick(lobe.dielectric_f0, vec3(lobe.dielectric_f90), cosine);
+    float normal = square((lobe.index - 1.0) / (lobe.index + 1.0));
+    float part = (dielectric_reflectance(cosine, lobe.index) - normal) / (1.0 - normal);
+    return max(lobe.dielectric_f0 + (lobe.dielectric_f90 - lobe.dielectric_f0) * part, vec3(0.0));
+}
 
 // Fresnel reflectance of the whole lobe, compensation included.
 vec3 fresnel(SpecularLobe lobe, float cosine) {
     if (!HAS_SPECULAR) return vec3(0.0);
-    vec3 dielectric = schlick(lobe.dielectric_f0, vec3(lobe.dielectric_f90), cosine);
+    vec3 dielectric = dielectric_fresnel(lobe, cosine);
     vec3 metal = schlick(lobe.metal_f0, vec3(1.0), cosine);
     return mix(dielectric * lobe.dielectric_scale, metal * lobe.metal_scale, lobe.metallic);
 }
 
 float passes(SpecularLobe lobe, float cosine) {
     if (!HAS_SPECULAR) return 1.0;
-    if (ENERGY_COMPENSATED) return lobe.passes;
-    return 1.0 - max_component(schlick(lobe.dielectric_f0, vec3(lobe.dielectric_f90), cosine));
+    if (ENERGY_COMPENSATED && !(HAS_TRANSMISSION && lobe.index > 0.0)) return lobe.passes;
+    return 1.0 - max_component(dielectric_fresnel(lobe, cosine));
 }
 
 vec2 albedo_lookup(float cosine, float roughness) {
@@ -87,8 +101,9 @@ void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out SpecularL
     }
     lobe.dielectric_scale = vec3(1.0);
     lobe.metal_scale = vec3(1.0);
+    lobe.index = interface_index(layers);
     lobe.passes = 1.0;
-    if (HAS_SPECULAR && ENERGY_COMPENSATED) {
+    if (HAS_SPECULAR && ENERGY_COMPENSATED && !(HAS_TRANSMISSION && lobe.index > 0.0)) {
         float cosine_out = max(outgoing.z, 0.0);
         vec2 parts;
         if (mirror) {

@@ -13,6 +13,7 @@
 #include "lights/light_point.glsl"
 #include "scene/camera.glsl"
 #include "scene/camera_trace.glsl"
+#include "scene/medium.glsl"
 #include "scene/surface.glsl"
 
 layout(local_size_x = TILE * TILE) in;
@@ -41,6 +42,8 @@ struct Arrival {
     vec3 light;
     // With which the point was drawn; of a punctual light its probability.
     float pdf_solid_angle;
+    // To a point that is not distant; without meaning for others.
+    float distance;
     // From the surface to the point, off both by their rounding errors.
     Ray shadow_ray;
 };
@@ -49,6 +52,7 @@ struct Arrival {
 Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point, float probability) {
     Arrival arrival;
     arrival.nearness = LARGEST;
+    arrival.distance = 0.0;
     if (is_environment(point.kind)) {
         vec2 uv = texel_corner(point.index) + point.uv;
         float sine;
@@ -58,6 +62,7 @@ Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point, float probabi
     } else if (is_punctual(point.kind)) {
         GpuPunctualLight light = punctual_light_at(point.index, CURRENT);
         vec3 toward = light.position - surface.position;
+        arrival.distance = length(toward);
         arrival.direction = light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(toward);
         arrival.light = punctual_irradiance(light, arrival.direction, length(toward));
         arrival.pdf_solid_angle = probability;
@@ -67,8 +72,9 @@ Arrival arrival_at(Surface surface, vec3 viewed, LightPoint point, float probabi
         GpuLight light = light_at(point.index, CURRENT);
         vec3 position = light_position(light, point.uv), toward = position - surface.position;
         float distance_squared = dot(toward, toward);
-        float distance = sqrt(distance_squared);
-        float from_rays = length(position - ray_origin(surface, viewed, surface.geometric_normal));
+        arrival.distance = sqrt(distance_squared);
+        vec3 side = HAS_TRANSMISSION ? toward : surface.geometric_normal;
+        float from_rays = length(position - ray_origin(surface, viewed, side));
         arrival.nearness = max(from_rays, sqrt(light.area));
         arrival.direction = toward * inversesqrt(max(distance_squared, TINY));
         float cosine = -dot(light.normal, arrival.direction);
@@ -114,6 +120,9 @@ struct Path {
     // True if the surface where the ray begins compares points of emitters.
     bool narrow;
     bool delta;
+    // The medium of the current ray, as its start knows it, and how far the camera's ray came over surfaces that it went through.
+    vec3 medium;
+    float passed;
 };
 
 // Whether light that was scattered this often is wanted.
@@ -159,7 +168,7 @@ void main() {
             }
             ray = camera_ray(frame.at.view.camera, vec2(pixel) + offset, vec2(frame.at.view.width, frame.at.view.height), lens);
             radiance = vec3(0.0);
-            path = Path(vec3(1.0), 0u, 0.0, 0.0, false, true);
+            path = Path(vec3(1.0), 0u, 0.0, 0.0, false, true, NO_MEDIUM, 0.0);
             purpose = RAY_PATH;
             culled = 0u;
         }
@@ -188,6 +197,7 @@ void main() {
             TrianglePoint point;
             if (is_culled(hit, ray.direction, point)) {
                 ray.origin = origin_behind(point);
+                path.passed += hit.t;
                 culled += 1u;
                 continue;
             }
@@ -195,6 +205,7 @@ void main() {
         Surface surface = surface_at(hit, ray);
         if (path.scatterings == 0u) radiance += unlit_radiance(hit);
         if (TRACKS_COVERAGE && path.scatterings == 0u) covered += 1u;
+        if (HAS_TRANSMISSION) path.throughput *= passed_light(path.medium, hit.t);
         if (surface.light != NONE && is_wanted(path.scatterings)) {
             GpuLight light = light_at(surface.light, CURRENT);
             float cosine = -dot(light.normal, ray.direction);
@@ -211,6 +222,10 @@ void main() {
         if (path.scatterings >= frame.at.view.bounces) {
             purpose = RAY_NONE;
             continue;
+        }
+        // What a surface emits knows no medium that only the surface knows.
+        if (HAS_TRANSMISSION && !is_medium(path.medium) && surface.layers.inside) {
+            path.throughput *= passed_light(medium_behind(surface.layers), path.passed + hit.t);
         }
         float near = near_distance(surface.clearance, surface.back_off);
         vec3 tangent, bitangent;
@@ -239,13 +254,18 @@ void main() {
                 Arrival arrival = arrival_at(surface, ray.direction, point, probability);
                 vec3 incoming = vec3(dot(arrival.direction, tangent), dot(arrival.direction, bitangent),
                                      dot(arrival.direction, surface.shading_normal));
-                if (max_component(arrival.light) > 0.0 && dot(arrival.direction, surface.geometric_normal) > 0.0) {
+                if (max_component(arrival.light) > 0.0
+                    && is_seen(dot(arrival.direction, surface.geometric_normal), incoming.z)) {
                     float pdf_bsdf;
                     vec3 f = evaluate_bsdf(bsdf, outgoing, incoming, pdf_bsdf);
                     if (is_punctual(point.kind) || arrival.nearness < near) pdf_bsdf = 0.0;
                     float pdf_light = arrival.pdf_solid_angle;
                     float weight = heuristic_weight(worth * pdf_light, pdf_bsdf) / (points * pdf_light);
-                    vec3 added = path.throughput * f * arrival.light * (max(incoming.z, 0.0) * weight);
+                    vec3 added = path.throughput * f * arrival.light * (spread_cosine(incoming.z) * weight);
+                    if (HAS_TRANSMISSION && !is_distant(point.kind)) {
+                        vec3 medium = medium_left(medium_behind(surface.layers), surface.layers.inside, surface.geometric_normal, arrival.direction);
+                        added *= passed_light(medium, arrival.distance);
+                    }
                     float size = max_component(added);
                     sum += size;
                     if (size > 0.0 && (size == sum || random_choice(light_bits.xy) * sum <= size)) {
@@ -263,13 +283,17 @@ void main() {
         BsdfSample chosen = sample_bsdf(bsdf, outgoing, bsdf_numbers);
         vec3 direction = tangent * chosen.direction.x + bitangent * chosen.direction.y
             + surface.shading_normal * chosen.direction.z;
-        bool alive = chosen.valid && dot(direction, surface.geometric_normal) > 0.0;
+        bool alive = chosen.valid && is_seen(dot(direction, surface.geometric_normal), chosen.direction.z);
         path.throughput *= chosen.weight;
         path.scatterings += 1u;
         path.pdf_solid_angle = chosen.pdf_solid_angle;
         path.near = chosen.delta ? 0.0 : near;
         path.narrow = narrow;
         path.delta = chosen.delta;
+        if (HAS_TRANSMISSION) {
+            path.medium = medium_left(medium_behind(surface.layers), surface.layers.inside, surface.geometric_normal, direction);
+            path.passed = 0.0;
+        }
         alive = alive && max_component(path.throughput) > 0.0;
         bool survives = survives_roulette(path.throughput, path.scatterings, frame.at.view.roulette_start,
                                           frame.at.view.roulette_floor, bsdf_numbers.w);

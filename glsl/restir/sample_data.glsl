@@ -30,6 +30,9 @@ vec3 geometric_normal(SampleData data) { return unpack_normal(data.packed_normal
 
 vec3 shading_normal(SampleData data) { return unpack_normal(data.packed_normals.y, data.packed_normals.z >> NORMAL_REST); }
 
+// In the word of the material: the viewer is on the back of the surface.
+const uint VIEWED_FROM_BACK = 0x80000000u;
+
 // What textures and vertex colours change of a material: the square roots of the base colour in 12 bits each, which divide
 // dark colours more finely; metalness in 12 bits; roughness in 15; and whether the base colour differs from the material's.
 const float COLOR_STEPS = 4095.0;
@@ -94,7 +97,10 @@ vec2 named_weights(SampleData data) { return uintBitsToFloat(data.variation_or_w
 
 TriangleOwner named_owner(SampleData data) { return triangle_owner(load_instances(data.instance), data.material_or_primitive); }
 
-uint material_index(SampleData data) { return SURFACES_NAMED ? named_owner(data).material : data.material_or_primitive; }
+uint material_index(SampleData data) {
+    if (SURFACES_NAMED) return named_owner(data).material;
+    return HAS_TRANSMISSION ? data.material_or_primitive & ~VIEWED_FROM_BACK : data.material_or_primitive;
+}
 
 // The material of a primary surface.
 GpuMaterial unpack_material(SampleData data) {
@@ -102,7 +108,7 @@ GpuMaterial unpack_material(SampleData data) {
         if (!VARIES) return material_at(material_index(data));
         return material_at(material_index(data), load_instances(data.instance), data.material_or_primitive, named_weights(data));
     }
-    GpuMaterial material = material_at(data.material_or_primitive);
+    GpuMaterial material = material_at(material_index(data));
     if (!VARIES) return material;
     uvec2 p = data.variation_or_weights;
     if (has_specular_textures(material)) {
@@ -121,12 +127,13 @@ GpuMaterial unpack_material(SampleData data) {
 
 // The layers of a primary surface in an epoch, for a viewer along `direction`.
 Layers unpack_layers(SampleData data, vec3 direction, uint epoch) {
-    if (!SURFACES_NAMED) return layers_at(data.material_or_primitive);
+    if (!SURFACES_NAMED) return layers_at(material_index(data), (data.material_or_primitive & VIEWED_FROM_BACK) != 0u);
     if (!HAS_LAYERS) return NO_LAYERS;
     GpuInstance instance = instance_at(data.instance, MOVES ? epoch : CURRENT);
     uint primitive = data.material_or_primitive;
     TrianglePoint point = triangle_point(instance, primitive, named_weights(data));
     Layers layers = layers_at(material_index(data), instance, primitive, named_weights(data), point);
+    layers.inside = HAS_TRANSMISSION && dot(point.normal, direction) > 0.0;
     if (HAS_COAT_NORMALS) layers.coat_normal = facing_viewer(layers.coat_normal, geometric_normal(data), true, direction);
     return layers;
 }
@@ -140,8 +147,9 @@ SampleData pack_sample_data(Surface surface, Hit hit, Ray ray, vec3 numbers) {
     float depth = depth_along(ray.origin, ray.direction, surface.position, normal, clearance);
     uvec3 normals = pack_normals(normal, surface.shading_normal, clearance);
     if (SURFACES_NAMED) return SampleData(depth, normals, hit.primitive, hit.instance, floatBitsToUint(clamp(hit.barycentrics, 0.0, 1.0)));
-    return SampleData(depth, normals,
-                      surface.material_index, surface.instance, pack_material(surface.material, surface.material_index, numbers));
+    uint material = surface.material_index;
+    if (HAS_TRANSMISSION && surface.layers.inside) material |= VIEWED_FROM_BACK;
+    return SampleData(depth, normals, material, surface.instance, pack_material(surface.material, surface.material_index, numbers));
 }
 
 // Macros, because GLSL cannot pass buffers to functions. Passes that only read sample data read it as texels, two an
@@ -171,9 +179,11 @@ ShadingPoint unpack_shading_point(SampleData data, Ray ray, uint epoch) {
     float clearance = uintBitsToFloat((data.packed_normals.z >> 24u) << 23u);
     vec3 normal = geometric_normal(data);
     vec3 error = depth_along_error(ray.origin, ray.direction, data.depth, normal, clearance);
-    return make_shading_point(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
-                       shading_normal(data), unpack_material(data), unpack_layers(data, ray.direction, epoch),
-                       ray.direction);
+    Layers layers = unpack_layers(data, ray.direction, epoch);
+    ShadingPoint shading_point = make_shading_point(surface_position(data, ray), clearance, back_off_distance(error, data.depth), normal,
+                       shading_normal(data), unpack_material(data), layers, ray.direction);
+    if (HAS_TRANSMISSION && layers.inside) shading_point.passed_to_viewer = passed_light(shading_point.behind, data.depth);
+    return shading_point;
 }
 
 ShadingPoint unpack_shading_point(SampleData data, Ray ray) { return unpack_shading_point(data, ray, CURRENT); }

@@ -29,7 +29,14 @@ Layers layers_at(uint index) {
     if (!HAS_LAYERS) return NO_LAYERS;
     GpuMaterialLayers found = load_material_layers(scene.at.material_count + index);
     return Layers(found.coat, found.coat_roughness, vec3(0.0, 0.0, 1.0), found.anisotropy, vec3(0.0), found.transmission,
-                  found.ior, found.absorption.x >= 0.0, max(found.absorption, vec3(0.0)), found.dispersion);
+                  found.ior, found.absorption.x >= 0.0, max(found.absorption, vec3(0.0)), found.dispersion, false);
+}
+
+// The same for a viewer who is on the back of the surface or not.
+Layers layers_at(uint index, bool inside) {
+    Layers layers = layers_at(index);
+    layers.inside = HAS_TRANSMISSION && inside;
+    return layers;
 }
 
 // A triangle's corners in object space.

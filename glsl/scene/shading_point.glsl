@@ -2,6 +2,7 @@
 // ShadingPoint: a shading point with its BSDF and the direction to its viewer, which is all that a target function needs to
 // evaluate a sample there. Also ray origins, reflected light, and solid angles.
 #include "bsdf/bsdf.glsl"
+#include "scene/medium.glsl"
 #include "scene/surface.glsl"
 
 // A shading point with its outgoing direction.
@@ -19,6 +20,12 @@ struct ShadingPoint {
     // Unit, towards the viewer, in the shading frame.
     vec3 outgoing;
     Bsdf bsdf;
+    // True if the viewer is on the back of the surface, where its volume is.
+    bool inside;
+    // The medium there, or NO_MEDIUM.
+    vec3 behind;
+    // The fraction of light that arrives at the viewer, if the surface alone knows the medium between them.
+    vec3 passed_to_viewer;
 };
 
 // A viewer: a surface point, and the camera that sees it.
@@ -48,16 +55,27 @@ ShadingPoint make_shading_point(vec3 position, float clearance, float back_off, 
     layers = in_frame(layers, shading_point.tangent, shading_point.bitangent, shading_normal);
     shading_point.outgoing = to_shading(shading_point, -direction);
     shading_point.bsdf = make_bsdf(material, layers, shading_point.outgoing);
+    shading_point.inside = layers.inside;
+    shading_point.behind = medium_behind(layers);
+    shading_point.passed_to_viewer = vec3(1.0);
     return shading_point;
+}
+
+// From the position to a ray origin off the surface on the side of `direction`.
+vec3 ray_offset(ShadingPoint shading_point, vec3 direction) {
+    float side = dot(direction, shading_point.geometric_normal) < 0.0 ? -1.0 : 1.0;
+    // Through the surface: towards the viewer, the ray would begin before it.
+    vec3 back_off = HAS_TRANSMISSION && side < 0.0 ? vec3(0.0) : shading_point.back_off;
+    return back_off + (side * shading_point.clearance) * shading_point.geometric_normal;
 }
 
 // The point towards the viewer from which rays begin, before they clear the surface.
 vec3 ray_start(ShadingPoint shading_point) { return shading_point.position + shading_point.back_off; }
 
-// From the position to a ray origin off the surface on the side of `direction`.
-vec3 ray_offset(ShadingPoint shading_point, vec3 direction) {
-    float side = dot(direction, shading_point.geometric_normal) < 0.0 ? -1.0 : 1.0;
-    return shading_point.back_off + (side * shading_point.clearance) * shading_point.geometric_normal;
+// The same for rays to a point that may be seen through the surface.
+vec3 ray_start(ShadingPoint shading_point, vec3 to) {
+    bool through = HAS_TRANSMISSION && dot(to - shading_point.position, shading_point.geometric_normal) < 0.0;
+    return through ? shading_point.position : ray_start(shading_point);
 }
 
 vec3 ray_origin(ShadingPoint shading_point, vec3 direction) { return shading_point.position + ray_offset(shading_point, direction); }
@@ -71,7 +89,8 @@ vec3 ray_origin(ShadingPoint shading_point, vec3 direction, float height) {
 float near_distance(ShadingPoint shading_point) { return near_distance(shading_point.clearance, length(shading_point.back_off)); }
 
 bool is_near(ShadingPoint shading_point, vec3 point) {
-    vec3 toward = point - ray_origin(shading_point, shading_point.geometric_normal);
+    vec3 side = HAS_TRANSMISSION ? point - shading_point.position : shading_point.geometric_normal;
+    vec3 toward = point - ray_origin(shading_point, side);
     return dot(toward, toward) < square(near_distance(shading_point));
 }
 
@@ -79,9 +98,18 @@ bool is_near(ShadingPoint shading_point, vec3 point) {
 // density with which BSDF sampling takes that direction.
 vec3 reflected_light(ShadingPoint shading_point, vec3 direction, vec3 radiance, out float pdf_solid_angle) {
     pdf_solid_angle = 0.0;
-    if (dot(direction, shading_point.geometric_normal) <= 0.0) return vec3(0.0);
+    float geometric_cosine = dot(direction, shading_point.geometric_normal);
+    if (!HAS_TRANSMISSION && geometric_cosine <= 0.0) return vec3(0.0);
     vec3 incoming = to_shading(shading_point, direction);
-    return evaluate_bsdf(shading_point.bsdf, shading_point.outgoing, incoming, pdf_solid_angle) * radiance * max(incoming.z, 0.0);
+    if (HAS_TRANSMISSION && !is_seen(geometric_cosine, incoming.z)) return vec3(0.0);
+    vec3 f = evaluate_bsdf(shading_point.bsdf, shading_point.outgoing, incoming, pdf_solid_angle);
+    if (HAS_TRANSMISSION) f *= shading_point.passed_to_viewer;
+    return f * radiance * spread_cosine(incoming.z);
+}
+
+// The medium of a ray that leaves the surface.
+vec3 medium_left(ShadingPoint shading_point, vec3 direction) {
+    return medium_left(shading_point.behind, shading_point.inside, shading_point.geometric_normal, direction);
 }
 
 // The solid angle per unit area at `point` seen from `from`: |cosine| / distance². Also returns the unit direction

@@ -86,6 +86,8 @@ vec3 unlit_radiance(Hit hit) {
 // From a surface to a ray origin off it on the side of `direction`; `viewed` is the direction of the ray that hit the surface.
 vec3 ray_offset(Surface surface, vec3 viewed, vec3 direction) {
     float side = dot(direction, surface.geometric_normal) < 0.0 ? -1.0 : 1.0;
+    // Through the surface: towards the viewer, the ray would begin before it.
+    if (HAS_TRANSMISSION && side < 0.0) return -surface.clearance * surface.geometric_normal;
     return (side * surface.clearance) * surface.geometric_normal - surface.back_off * viewed;
 }
 
@@ -107,6 +109,7 @@ Surface surface_at(Hit hit, Ray ray) {
     surface.error = point.error;
     surface.material = material_at(owner.material, instance, hit.primitive, hit.barycentrics);
     surface.layers = layers_at(owner.material, instance, hit.primitive, hit.barycentrics, point);
+    surface.layers.inside = HAS_TRANSMISSION && dot(point.normal, ray.direction) > 0.0;
     map_normal(point, surface.material, instance, hit.primitive, hit.barycentrics);
     face_viewer(point, surface.material, surface.layers, ray.direction, surface.geometric_normal, surface.shading_normal);
     surface.clearance = clearance_of(surface.geometric_normal, surface.error);

@@ -193,7 +193,11 @@ pub fn gpu_material(material: &Material, radiance: f64) -> GpuMaterial {
     } else {
         (material.base_color, 0)
     };
-    let culled = if material.culled { MATERIAL_CULLED } else { 0 };
+    let culled = if material.hides_its_back() {
+        MATERIAL_CULLED
+    } else {
+        0
+    };
     let (alpha_mode, alpha) = match material.alpha_mode {
         AlphaMode::Opaque => (ALPHA_OPAQUE, 1.0),
         AlphaMode::Mask { cutoff } => (ALPHA_MASK, least_coverage(material, cutoff)),

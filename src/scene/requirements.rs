@@ -138,7 +138,7 @@ impl Requirements {
                 required.blending |= blends;
                 required.blended_lights |= blends && lights[part.material as usize];
                 required.unlit |= material.unlit;
-                required.culled |= material.culled;
+                required.culled |= material.hides_its_back();
                 required.normal_maps |= material.normal_texture.is_some()
                     || material.layers.coat.normal_texture.is_some();
                 required.specular |=
@@ -254,6 +254,13 @@ impl Material {
     /// Lambert. If no surface of a scene has a specular lobe, shaders leave out the code for the lobe.
     pub fn has_specular_lobe(&self) -> bool {
         self.metallic > 0.0 || self.specular > 0.0
+    }
+
+    /// True if the camera looks through the back of the surface, as glTF asks for materials that are not double-sided. The
+    /// back of a volume is the inside of its boundary, which a camera in the volume sees.
+    pub fn hides_its_back(&self) -> bool {
+        let is_volume = self.layers.transmission.factor > 0.0 && self.layers.volume.thickness > 0.0;
+        self.culled && !is_volume
     }
 }
 

@@ -4,6 +4,7 @@
 mod camera;
 mod directions;
 mod environment;
+mod glass;
 mod layers;
 mod light_bvh;
 mod lights;

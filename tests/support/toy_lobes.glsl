@@ -7,6 +7,8 @@ struct DustLobe {
 
 void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out DustLobe lobe) { lobe.choice = 0.0; }
 
+bool transmits(DustLobe lobe) { return false; }
+
 bool reflects(DustLobe lobe) { return true; }
 
 float passes(DustLobe lobe, float cosine) { return 0.8; }
@@ -50,6 +52,8 @@ void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out TurnLobe 
     lobe.choice = 0.0;
     lobe.strength = material.roughness < MIRROR_ROUGHNESS ? 0.05 : 0.0;
 }
+
+bool transmits(TurnLobe lobe) { return false; }
 
 bool reflects(TurnLobe lobe) { return lobe.strength > 0.0; }
 

@@ -165,6 +165,7 @@ void main() {
                 } else {
                     GpuLight seen = light_at(light.index, CURRENT);
                     emission = hit_emission(seen, light.index, light.uv, -dot(seen.normal, ray.direction));
+                    if (HAS_TRANSMISSION) emission *= passed_light(medium_left(shading_point, ray.direction), hit.t);
                 }
                 ADD_LIGHT(pixel, emission * reflectance)
                 continue;

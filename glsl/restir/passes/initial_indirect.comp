@@ -58,7 +58,7 @@ void main() {
                 if (paths_begun <= MAX_DELTA_LOBES) {
                     vec3 reflectance;
                     if (delta_ray(eye, paths_begun - 1u, ray, reflectance)) purpose = RAY_PATH;
-                    path = delta_path(paths_begun, reflectance);
+                    path = delta_path(paths_begun, reflectance, medium_left(eye, ray.direction));
                 } else {
                     BsdfSample first;
                     // A pilot passes surfaces that cover a part; a random number decides whether a path ends there.
@@ -67,7 +67,7 @@ void main() {
                     } else if (pilot.instance != NONE && pilot_ray(eye, pixel, first, ray)) {
                         purpose = RAY_PILOT;
                     }
-                    path = first_path(first);
+                    path = first_path(first, medium_left(eye, ray.direction));
                 }
                 continue;
             }
@@ -91,6 +91,7 @@ void main() {
             }
             Surface surface = surface_at(hit, ray);
             if (purpose == RAY_PILOT) hit.t = distance(surface.position, ray.origin);
+            if (HAS_TRANSMISSION) pass_medium(path, path.medium, hit.t);
             if (left_first(path)) {
                 path.second.instance = hit.instance;
                 path.second.primitive = hit.primitive;
@@ -98,6 +99,10 @@ void main() {
             } else if (surface.light != NONE) {
                 // Emission at the second vertex belongs to direct light.
                 add_candidate(light_hit(path, surface.light, hit, ray.direction), random_choice(random));
+            }
+            // What a surface emits knows no medium that only the surface knows.
+            if (HAS_TRANSMISSION && !is_medium(path.medium) && surface.layers.inside) {
+                pass_medium(path, medium_behind(surface.layers), hit.t);
             }
             if (path.scatterings >= restir.at.view.bounces) {
                 purpose = RAY_NONE;

@@ -69,6 +69,12 @@ vec3 arriving_radiance(LightSample value, vec3 from, vec3 back_off, out vec3 dir
     return emits ? value.emission : vec3(0.0);
 }
 
+// The fraction of a sample's light that passes the medium which a surface has on its back; `direction` is that of the sample.
+vec3 passed_to(ShadingPoint shading_point, LightSample value, vec3 direction) {
+    if (is_distant(value.point.kind)) return vec3(1.0);
+    return passed_light(medium_left(shading_point, direction), distance(shading_point.position, value.position));
+}
+
 // True if BSDF rays find the sample: not a point of a punctual light, nor of one that is blended, nor of a small one that is near.
 bool found_by_rays(ShadingPoint shading_point, LightSample value) {
     if (is_punctual(value.point.kind)) return false;
@@ -87,6 +93,7 @@ vec3 contribution(ShadingPoint shading_point, LightSample value, out float pdf_o
     // Early out: from the back of a light.
     if (max_component(radiance) <= 0.0) return vec3(0.0);
     vec3 light = reflected_light(shading_point, direction, radiance, pdf_own_measure) * solid_angle;
+    if (HAS_TRANSMISSION) light *= passed_to(shading_point, value, direction);
     pdf_own_measure = found_by_rays(shading_point, value) ? pdf_own_measure * solid_angle : 0.0;
     return light;
 }

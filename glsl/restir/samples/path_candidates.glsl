@@ -31,6 +31,8 @@ struct Path {
     bool is_reusable;
     // The second vertex, once it is known, and the direction in which the path continues from there.
     PathSample second;
+    // The medium of the current ray, as its start knows it.
+    vec3 medium;
 };
 
 // A light that a path found.
@@ -43,18 +45,25 @@ struct Candidate {
 
 // The path that begins with a delta lobe. Lights that the first ray hits belong to direct light, so that nothing asks
 // for the context that it left.
-Path delta_path(uint first_lobe, vec3 reflectance) {
-    return Path(reflectance, vec3(1.0), 1u, distant_context(), 0.0, 0.0, true, first_lobe, false, empty_path_sample());
+Path delta_path(uint first_lobe, vec3 reflectance, vec3 medium) {
+    return Path(reflectance, vec3(1.0), 1u, distant_context(), 0.0, 0.0, true, first_lobe, false, empty_path_sample(), medium);
 }
 
 // The path that begins with the pixel's pilot ray.
-Path first_path(BsdfSample first) {
-    return Path(first.weight, vec3(1.0), 1u, distant_context(), first.pdf_solid_angle, 0.0, false, 0u, true, empty_path_sample());
+Path first_path(BsdfSample first, vec3 medium) {
+    return Path(first.weight, vec3(1.0), 1u, distant_context(), first.pdf_solid_angle, 0.0, false, 0u, true, empty_path_sample(), medium);
 }
 
 // Whether the current ray started at the first vertex, or at the second.
 bool left_first(Path path) { return path.scatterings == 1u; }
 bool left_second(Path path) { return path.scatterings == 2u; }
+
+// Weakens the path by a length of a medium. The first segment belongs to no sample: each viewer has his own.
+void pass_medium(inout Path path, vec3 medium, float length) {
+    vec3 passed = passed_light(medium, length);
+    path.throughput *= passed;
+    if (!left_first(path)) path.suffix_throughput *= passed;
+}
 
 // The number of light samples of a vertex, in the mean. Those among rare lights take the place of the others.
 float vertex_samples() {
@@ -173,6 +182,7 @@ bool sample_light_at(Path path, ShadingPoint vertex, LightSampleContext context,
     float solid_angle, pdf_solid_angle;
     vec3 radiance = arriving_radiance(point, vertex.position, vertex.back_off, direction, solid_angle);
     vec3 reflected = reflected_light(vertex, direction, radiance, pdf_solid_angle);
+    if (HAS_TRANSMISSION) reflected *= passed_to(vertex, point, direction);
     vec3 light = path.throughput * reflected * (solid_angle * own.contribution_weight);
     if (in_world && found_by_rays(vertex, point)) light *= light_sampling_fraction(context, point, pdf_solid_angle * solid_angle);
     // A merged reservoir counts as if the vertex always had one.
@@ -198,6 +208,7 @@ bool scatter(inout Path path, ShadingPoint vertex, LightSampleContext context, v
     path.pdf_solid_angle = onward.pdf_solid_angle;
     path.near = onward.delta ? 0.0 : near_distance(vertex);
     path.delta = onward.delta;
+    if (HAS_TRANSMISSION) path.medium = medium_left(vertex, next.direction);
     return survives_roulette(path.throughput, path.scatterings, restir.at.view.roulette_start, restir.at.view.roulette_floor, numbers.w)
         && alive;
 }

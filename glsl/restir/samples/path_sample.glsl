@@ -90,6 +90,10 @@ float aim_at_light(inout PathSample value, uint epoch) {
     LightSample light = light_sample_at(value.end, epoch);
     float solid_angle;
     value.radiance = arriving_radiance(light, value.point.position, vec3(0.0), value.direction, solid_angle);
+    if (HAS_TRANSMISSION && !is_distant(light.point.kind)) {
+        vec3 left = medium_left(medium_behind(value.layers), false, value.point.normal, value.direction);
+        value.radiance *= passed_light(left, distance(light.position, value.point.position));
+    }
     return solid_angle;
 }
 
@@ -98,6 +102,7 @@ ShadingPoint vertex_shading_point(PathSample value, vec3 direction) {
     GpuMaterial material = value.material;
     if (!VARIES) material = material_at(value.material_index);
     Layers layers = value.layers;
+    layers.inside = HAS_TRANSMISSION && dot(value.point.normal, direction) > 0.0;
     vec3 geometric_normal, shading_normal;
     face_viewer(value.point, material, layers, direction, geometric_normal, shading_normal);
     return make_shading_point(value.point.position, value.clearance, 0.0, geometric_normal, shading_normal, material,
@@ -111,8 +116,9 @@ vec3 outgoing_radiance(PathSample value, vec3 direction) {
     ShadingPoint vertex = vertex_shading_point(value, direction);
     float pdf_solid_angle;
     if (value.kind != PATH_OUTGOING) return reflected_light(vertex, value.direction, value.radiance, pdf_solid_angle);
-    // A vertex that is lit from its other side sends nothing to this viewer.
-    return dot(value.direction, vertex.geometric_normal) > 0.0 ? value.radiance : vec3(0.0);
+    // A vertex that is lit from its other side sends nothing to this viewer, unless light comes through it.
+    bool is_lit = dot(value.direction, vertex.geometric_normal) > 0.0 || lets_light_through(vertex.bsdf);
+    return is_lit ? value.radiance : vec3(0.0);
 }
 
 // The integrand, per area at the second vertex and per solid angle beyond it, without visibility.
@@ -120,10 +126,17 @@ vec3 contribution(ShadingPoint shading_point, PathSample value) {
     vec3 direction;
     float cosine, pdf_solid_angle;
     // From where the ray began that found the vertex: a point in a crease may lie in the plane of the other wall.
-    float solid_angle = solid_angle_per_area(ray_start(shading_point), value.point.position, value.point.normal, direction, cosine);
+    vec3 start = ray_start(shading_point, value.point.position);
+    float solid_angle = solid_angle_per_area(start, value.point.position, value.point.normal, direction, cosine);
     vec3 light = reflected_light(shading_point, direction, vec3(solid_angle), pdf_solid_angle);
     // Early out: usually the vertex is behind the surface.
     if (max_component(light) <= 0.0) return vec3(0.0);
+    if (HAS_TRANSMISSION) {
+        // The medium of the segment is known from its two ends.
+        vec3 behind = medium_behind(value.layers);
+        vec3 medium = medium_between(medium_left(shading_point, direction), behind, dot(value.point.normal, direction) > 0.0);
+        light *= passed_light(medium, distance(start, value.point.position));
+    }
     return light * outgoing_radiance(value, direction);
 }
 

@@ -56,16 +56,23 @@ bool sample_bsdf_ray(ShadingPoint shading_point, vec4 numbers, out BsdfSample ch
     chosen = sample_bsdf(shading_point.bsdf, shading_point.outgoing, numbers);
     vec3 direction = to_world(shading_point, chosen.direction);
     ray = Ray(ray_origin(shading_point, direction), LARGEST, direction);
-    return chosen.valid && max_component(chosen.weight) > 0.0 && dot(direction, shading_point.geometric_normal) > 0.0;
+    if (HAS_TRANSMISSION) chosen.weight *= shading_point.passed_to_viewer;
+    return chosen.valid && max_component(chosen.weight) > 0.0
+        && is_seen(dot(direction, shading_point.geometric_normal), chosen.direction.z);
 }
 
 // The ray of a delta lobe and its reflectance; false if there are fewer lobes, or if it leaves to the back of the surface.
 bool delta_ray(ShadingPoint shading_point, uint index, out Ray ray, out vec3 reflectance) {
-    vec3 direction;
-    bool found = delta_lobe(shading_point.bsdf, index, shading_point.outgoing, direction, reflectance);
-    direction = to_world(shading_point, direction);
+    vec3 local;
+    bool found = delta_lobe(shading_point.bsdf, index, shading_point.outgoing, local, reflectance);
+    vec3 direction = to_world(shading_point, local);
     ray = Ray(ray_origin(shading_point, direction), LARGEST, direction);
-    return found && dot(direction, shading_point.geometric_normal) > 0.0;
+    if (HAS_TRANSMISSION) {
+        reflectance *= shading_point.passed_to_viewer;
+        // Where the reflection is total.
+        found = found && max_component(reflectance) > 0.0;
+    }
+    return found && is_seen(dot(direction, shading_point.geometric_normal), local.z);
 }
 
 // The pixel's pilot ray.

@@ -4,7 +4,7 @@
 
 use crate::procedural::modelling::{Builder, Shape};
 use crate::procedural::parameters::{Parameter, Range, Values};
-use crate::scene::{Material, Scene};
+use crate::scene::{Layers, Material, Scene};
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 
 pub(super) const PARAMETERS: &[Parameter] = &[
@@ -38,7 +38,21 @@ pub(super) const PARAMETERS: &[Parameter] = &[
         default: "1",
         values: Range::Real(0.0, 1.0),
     },
+    Parameter {
+        name: "glass",
+        doc: "A dielectric that light passes: a thin sheet, or a volume of the index 1.5",
+        default: "none",
+        values: Range::Words(&["none", "sheet", "volume"]),
+    },
 ];
+
+/// The layers of a body of glass.
+fn layers(glass: &str) -> Layers {
+    let mut layers = Layers::default();
+    layers.transmission.factor = if glass == "none" { 0.0 } else { 1.0 };
+    layers.volume.thickness = if glass == "volume" { 1.0 } else { 0.0 };
+    layers
+}
 
 pub(super) fn make(values: &Values) -> Scene {
     let mut scene = Builder::default();
@@ -54,6 +68,7 @@ pub(super) fn make(values: &Values) -> Scene {
         metallic: values.real("metallic"),
         roughness: values.real("roughness"),
         specular: values.real("specular"),
+        layers: layers(values.text("glass")),
         ..Material::default()
     };
     let turn = DQuat::from_euler(EulerRot::YXZ, 0.6, 0.35, 0.1);

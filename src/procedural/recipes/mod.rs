@@ -11,6 +11,7 @@ mod extremes;
 mod figures;
 mod furnace;
 mod garage;
+mod glass;
 mod motion;
 mod night_city;
 mod statue_room;
@@ -88,6 +89,12 @@ pub const SCENES: &[Procedural] = &[
         description: "A garage with a small car, a workbench, shelves and a bronze bust, under five lamps",
         parameters: garage::PARAMETERS,
         make: garage::make,
+    },
+    Procedural {
+        name: "glass",
+        description: "A chequered floor under a wide lamp, and something of glass: a ball, a sheet, or a block around the camera",
+        parameters: glass::PARAMETERS,
+        make: glass::make,
     },
     Procedural {
         name: "motion",

@@ -436,7 +436,7 @@ fn features() -> Vec<(&'static str, Gltf)> {
         (
             "required",
             Gltf::triangle().with(|json| {
-                json["extensionsRequired"] = json!(["KHR_materials_transmission"]);
+                json["extensionsRequired"] = json!(["KHR_materials_sheen"]);
             }),
         ),
         (

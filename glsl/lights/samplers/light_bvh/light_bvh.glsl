@@ -59,6 +59,7 @@ float expected_contribution(GpuLightNode node, LightSampleContext context) {
     vec3 direction = offset * inverse;
     float size = node.size * inverse;
     float cosine = dot(context.normal, direction);
+    if (HAS_TRANSMISSION && context.bsdf.two_sided) cosine = abs(cosine);
     float arriving = min(cosine + size, 1.0);
     if (arriving <= 0.0) return 0.0;
     // Of lights that face into all directions, a quarter of the area is seen.

@@ -32,7 +32,7 @@ uvec2 tile_near(uvec2 pixel, uvec2 bits) {
     STORE_VECTOR(BUFFER, (WORD) + 3u, CONTEXT.normal); \
     STORE_VECTOR(BUFFER, (WORD) + 6u, CONTEXT.outgoing); \
     STORE_VECTOR(BUFFER, (WORD) + 9u, vec3(CONTEXT.bsdf.diffuse, CONTEXT.bsdf.specular, CONTEXT.bsdf.specular_grazing)); \
-    BUFFER.at[(WORD) + 12u] = floatBitsToUint(CONTEXT.bsdf.alpha_squared); \
+    BUFFER.at[(WORD) + 12u] = floatBitsToUint(CONTEXT.bsdf.alpha_squared) | (HAS_TRANSMISSION && CONTEXT.bsdf.two_sided ? 1u << 31u : 0u); \
     BUFFER.at[(WORD) + 13u] = floatBitsToUint(CONTEXT.expected)
 
 #define LOAD_CONTEXT(BUFFER, WORD, CONTEXT) \
@@ -43,5 +43,7 @@ uvec2 tile_near(uvec2 pixel, uvec2 bits) {
     CONTEXT.bsdf.diffuse = lobes_.x; \
     CONTEXT.bsdf.specular = lobes_.y; \
     CONTEXT.bsdf.specular_grazing = lobes_.z; \
-    CONTEXT.bsdf.alpha_squared = uintBitsToFloat(BUFFER.at[(WORD) + 12u]); \
+    uint width_ = BUFFER.at[(WORD) + 12u]; \
+    CONTEXT.bsdf.two_sided = HAS_TRANSMISSION && width_ >> 31u != 0u; \
+    CONTEXT.bsdf.alpha_squared = uintBitsToFloat(HAS_TRANSMISSION ? width_ & 0x7FFFFFFFu : width_); \
     CONTEXT.expected = uintBitsToFloat(BUFFER.at[(WORD) + 13u])
