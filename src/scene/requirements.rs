@@ -97,6 +97,8 @@ impl Requirements {
             emissive_triangles: scene.count_emissive(&emitters),
             instances: scene.instances.len() as u64,
             motion: scene.motion.is_some(),
+            named_surfaces: (scene.motion.as_ref())
+                .is_some_and(|motion| !motion.deformations.is_empty()),
             punctual_lights: scene.punctual_lights.len() as u64,
             environment: scene.environment.is_some(),
             deep_textures: scene.images.iter().any(Image::is_deep),

@@ -17,8 +17,12 @@ use draco_core::{
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// The attributes that meshes read, besides texture coordinates. Other attributes, such as those of skins, are not kept.
+/// The attributes that meshes read, besides sets of texture coordinates, and the joints and weights of skins
+/// ([`SETS`]). Other attributes are not kept.
 const READ: [&str; 4] = ["POSITION", "NORMAL", "TANGENT", "COLOR_0"];
+
+/// The beginnings of the names of attributes that a file numbers, of which it may have several sets.
+const SETS: [&str; 3] = ["TEXCOORD_", "JOINTS_", "WEIGHTS_"];
 
 /// The memory that one value of an attribute takes after decoding, in bytes: four floats, the largest value that meshes use.
 const VALUE_BYTES: u64 = 16;
@@ -155,8 +159,9 @@ impl<'a> Job<'a> {
         let mut lists = Lists::new();
         for (name, id) in &self.compression.attributes {
             let accessor = self.primitive.attributes.get(name);
-            let accessor =
-                accessor.filter(|_| name.starts_with("TEXCOORD_") || READ.contains(&name.as_str()));
+            let accessor = accessor.filter(|_| {
+                READ.contains(&name.as_str()) || SETS.iter().any(|set| name.starts_with(set))
+            });
             let Some(accessor) = accessor.and_then(|index| get(accessors, *index)) else {
                 continue;
             };
