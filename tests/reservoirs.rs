@@ -42,6 +42,7 @@ fn rendered(frames: u32, bounces: u32, changes: &[&str]) -> (Arc<Device>, Render
     let tracking = Tracking {
         counts: true,
         origins: true,
+        ..Tracking::default()
     };
     let mut renderer = {
         let settings = ResolvedSettings::new(&settings, &uploaded, view.bounces);
