@@ -7,7 +7,7 @@
 // reciprocal. What a rough coat loses, because only single scattering is modelled, is not compensated.
 #include "bsdf/microfacets.glsl"
 
-// Whether the coat may have another normal than the surface below. A scene in which it has names its surfaces.
+// True if the coat may have another normal than the surface below. A scene in which it has names its surfaces.
 const bool HAS_COAT_NORMALS = HAS_COAT && HAS_NORMAL_MAPS && SURFACES_NAMED;
 
 struct CoatLobe {

@@ -2,7 +2,7 @@
 // Layers: what a material has beyond the metallic-roughness model, at one point of a surface.
 #include "prelude.glsl"
 
-// Whether some surface has one; without, nothing of them is read.
+// True if some surface has one; else nothing of them is read.
 const bool HAS_LAYERS = HAS_COAT || HAS_ANISOTROPY || HAS_TRANSMISSION;
 
 struct Layers {
@@ -20,7 +20,7 @@ struct Layers {
     float transmission;
     // Index of refraction of the dielectric; 0 = it reflects all light.
     float ior;
-    // Whether the surface is the boundary of a volume; else it is a thin sheet.
+    // True if the surface is the boundary of a volume; else it is a thin sheet.
     bool has_volume;
     // Absorption coefficient of the volume, per unit of length.
     vec3 absorption;
