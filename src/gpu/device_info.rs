@@ -107,8 +107,9 @@ pub struct DeviceInfo {
     /// The maximum size of one buffer or image in bytes, which is the driver's limit for one allocation of memory. A scene
     /// that needs a larger buffer is refused.
     pub max_buffer_size: u64,
-    /// Total size of the device-local memory in bytes, including memory that is in use. A scene or a picture that needs more
-    /// is refused.
+    /// Total size of the device-local memory in bytes, including memory that is in use. A scene whose buffers together need
+    /// more is refused, and so is a picture whose sums of radiance, or whose AOVs of surfaces, need more by themselves. Other
+    /// buffers are not compared with it: if all buffers together do not fit, an allocation fails.
     pub device_memory: u64,
     /// The total number of loop iterations after which the driver ends all loops of an invocation; `None` for a driver
     /// without such a limit. With a limit, a dispatch of the path tracer computes fewer samples, and each frame is checked
