@@ -331,7 +331,10 @@ fn cameras_and_materials() {
         ("emissiveFactor", json!([1e30, 0, 0])),
         ("pbrMetallicRoughness", json!({ "roughnessFactor": 1.5 })),
         ("pbrMetallicRoughness", json!({ "metallicFactor": 1e30 })),
-        ("extensions", json!({ "KHR_materials_ior": { "ior": 0.5 } })),
+        (
+            "extensions",
+            json!({ "KHR_materials_ior": { "ior": -0.5 } }),
+        ),
         (
             "extensions",
             json!({ "KHR_materials_specular": { "specularFactor": -1 } }),
