@@ -2,11 +2,11 @@
 //! previous frame. In each frame, the older of the two shapes is replaced. Instances name the copy that they show, so that
 //! shaders read positions, normals and trees of both frames in the same way.
 
-use super::buffers::SceneBuffers;
 use super::geometry::{Geometry, MeshOffsets, pack_octahedral, pack_tangent};
 use super::merge_static::TracedScene;
 use super::refit::refit;
 use crate::Result;
+use crate::gpu::Buffer;
 use crate::scene::Scene;
 use crate::scene::motion::check_vertices;
 use crate::scene::motion::deformation::{Deformation, Shape, Vertices};
@@ -15,7 +15,7 @@ use glam::{DAffine3, DVec3, UVec3, Vec3};
 use obvhs::cwbvh::node::CwBvhNode;
 use rayon::prelude::*;
 
-/// The two stored copies of a mesh that deforms.
+/// The number of stored copies of a mesh that deforms: for the current and for the previous frame.
 pub const COPIES: usize = 2;
 
 /// A mesh that deforms, with what its shapes have in common.
@@ -41,6 +41,17 @@ struct Copy {
     first_normal: u32,
     first_tangent: u32,
     root_node: u32,
+}
+
+/// The buffers of the scene that hold the shapes of meshes.
+#[derive(Clone, Copy)]
+pub struct ShapeBuffers<'a> {
+    /// The corners of triangles.
+    pub positions: &'a Buffer,
+    /// The normals and tangents of corners.
+    pub corner_directions: &'a Buffer,
+    /// The nodes of trees.
+    pub nodes: &'a Buffer,
 }
 
 /// A mesh in one shape, as it is uploaded.
@@ -216,12 +227,12 @@ impl DeformingMesh {
         deformed: &DeformedMesh,
         copy: usize,
         mesh_nodes: u32,
-        buffers: &SceneBuffers,
+        buffers: ShapeBuffers<'_>,
     ) -> Result<()> {
         let copy = self.copies[copy];
         let first = copy.first_triangle as usize;
         buffers.positions.write_at(first, &deformed.positions)?;
-        let directions = &buffers.corner_directions;
+        let directions = buffers.corner_directions;
         if !deformed.normals.is_empty() {
             directions.write_at(copy.first_normal as usize, &deformed.normals)?;
         }

@@ -3,7 +3,7 @@
 //! as they were then. A buffer that depends on time holds the elements of the current frame, then those of the previous
 //! frame.
 
-use super::buffers::SceneBuffers;
+use super::deforming::ShapeBuffers;
 use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
 use crate::scene::Motion;
@@ -195,7 +195,7 @@ impl MovingScene {
     ///
     /// # Errors
     /// The device fails.
-    pub fn upload_shapes(&self, pose: &ScenePose, buffers: &SceneBuffers) -> Result<()> {
+    pub fn upload_shapes(&self, pose: &ScenePose, buffers: ShapeBuffers<'_>) -> Result<()> {
         let mesh_nodes = (2 * self.room) as u32;
         self.poser.upload_shapes(pose, mesh_nodes, buffers)
     }

@@ -1,8 +1,7 @@
 //! The pose of a scene: the state of its instances and lights at one time, as shaders read it.
 
-use super::buffers::SceneBuffers;
 use super::compute_bvh::Tree;
-use super::deforming::{DeformedMesh, DeformingMesh};
+use super::deforming::{DeformedMesh, DeformingMesh, ShapeBuffers};
 use super::geometry::{Geometry, MeshOffsets};
 use super::lights::{LightSources, Lights};
 use super::merge_static::TracedScene;
@@ -265,7 +264,7 @@ impl ScenePoser {
         &self,
         pose: &ScenePose,
         mesh_nodes: u32,
-        buffers: &SceneBuffers,
+        buffers: ShapeBuffers<'_>,
     ) -> Result<()> {
         for (mesh, deformed) in self.deforming.iter().zip(&*pose.deformed) {
             mesh.upload(deformed, pose.copy, mesh_nodes, buffers)?;

@@ -2,7 +2,7 @@
 
 use super::buffers::{SceneBuffers, SceneContents};
 use super::compute_bvh::{balanced_depth, max_nodes};
-use super::deforming::DeformingMesh;
+use super::deforming::{DeformingMesh, ShapeBuffers};
 use super::environment::EnvironmentTexels;
 use super::epochs::{EpochContents, MovingScene};
 use super::geometry::Geometry;
@@ -216,7 +216,12 @@ impl GpuScene {
         let [now, before] = &*change.poses;
         let epochs = EpochContents::new(&[now, before], moving.room);
         for (pose, _) in change.poses.iter().zip(change.new).filter(|(_, new)| *new) {
-            moving.upload_shapes(pose, &self.buffers)?;
+            let buffers = ShapeBuffers {
+                positions: &self.buffers.positions,
+                corner_directions: &self.buffers.corner_directions,
+                nodes: &self.buffers.nodes,
+            };
+            moving.upload_shapes(pose, buffers)?;
             if let Some(scene) = &self.ray_query {
                 scene.rebuild_meshes(&self.buffers.positions, moving.copies(pose))?;
             }

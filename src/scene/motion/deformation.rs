@@ -75,7 +75,7 @@ pub struct Influence {
     pub weight: f32,
 }
 
-/// What the shape of a deforming mesh depends on, at one time.
+/// The values on which the shape of a deforming mesh depends, at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
     /// For each joint of the skin, the transform from the rest shape to the object space of the mesh's instance.
@@ -222,5 +222,101 @@ fn normal_matrix(matrix: DMat3) -> DMat3 {
     match x.dot(cofactors.x_axis) < 0.0 {
         true => -cofactors,
         false => cofactors,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh() -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            normals: vec![Vec3::Z; 3],
+            ..Mesh::default()
+        }
+    }
+
+    /// All vertices follow one joint, node 0.
+    fn skinned() -> Deformation {
+        let mesh = mesh();
+        let influence = Influence {
+            joint: 0,
+            weight: 1.0,
+        };
+        Deformation {
+            mesh: 0,
+            rest: Vertices {
+                positions: mesh.positions,
+                normals: mesh.normals,
+                tangents: Vec::new(),
+            },
+            targets: Vec::new(),
+            skin: Some(Skin {
+                joints: vec![Joint {
+                    node: 0,
+                    inverse_bind: DAffine3::IDENTITY,
+                }],
+                first_influence: vec![0, 1, 2, 3],
+                influences: vec![influence; 3],
+                world_to_object: DAffine3::IDENTITY,
+            }),
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        type Change = fn(&mut Deformation);
+        let changes: [(Change, Option<&str>); 6] = [
+            (|_| (), None),
+            (|d| d.rest.positions.clear(), Some("3 vertices")),
+            (|d| d.rest.normals.clear(), Some("3 vertices")),
+            (
+                |d| d.skin.as_mut().unwrap().joints[0].node = 1,
+                Some("node 1 of a joint does not exist"),
+            ),
+            (
+                |d| d.skin.as_mut().unwrap().influences[1].joint = 1,
+                Some("joint 1 is out of range, there are 1"),
+            ),
+            (
+                |d| d.skin.as_mut().unwrap().first_influence = vec![0, 3, 2, 3],
+                Some("influences do not fit"),
+            ),
+        ];
+        for (change, expected) in changes {
+            let mut deformation = skinned();
+            change(&mut deformation);
+            let fault = deformation.fault(&mesh(), 1);
+            match expected {
+                None => assert_eq!(fault, None),
+                Some(expected) => assert!(fault.unwrap().contains(expected)),
+            }
+        }
+    }
+
+    /// Normals stay at right angles to a surface that joints scale, mirror or flatten.
+    #[test]
+    fn normals_stay_normal() {
+        let mut deformation = skinned();
+        let slope = DVec3::new(1.0, 2.0, 2.0) / 3.0;
+        deformation.rest.normals = vec![slope.as_vec3(); 3];
+        let along = [DVec3::new(2.0, -1.0, 0.0), DVec3::new(0.0, 1.0, -1.0)];
+        for scale in [
+            DVec3::new(3.0, 1.0, 0.5),
+            DVec3::new(-2.0, 1.0, 1.0),
+            DVec3::new(1.0, 1.0, 0.0),
+        ] {
+            let matrix = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(scale);
+            let shape = deformation.shape(0.0, &[matrix]);
+            let normal = deformation.deform(&shape).normals[0].as_dvec3();
+            assert!((normal.length() - 1.0).abs() < 1e-6);
+            for along in along {
+                let off = normal.dot(matrix.matrix3 * along);
+                assert!(off.abs() < 1e-6, "{scale}: {off}");
+            }
+            // On the same side as the surface's own outside.
+            assert!(normal.dot(matrix.matrix3 * slope) >= -1e-6, "{scale}");
+        }
     }
 }
