@@ -3,6 +3,7 @@
 //! as they were then. A buffer that depends on time holds the elements of the current frame, then those of the previous
 //! frame.
 
+use super::deforming::ShapeBuffers;
 use super::lights::Lights;
 use super::pose::{ScenePose, ScenePoser};
 use crate::scene::Motion;
@@ -138,10 +139,10 @@ impl MovingScene {
     ) -> Self {
         Self {
             motion,
-            poser,
             room,
             instance_count,
-            poses: Mutex::new([pose.clone(), pose]),
+            poses: Mutex::new([pose.clone(), poser.in_other_copy(&pose)]),
+            poser,
         }
     }
 
@@ -161,7 +162,14 @@ impl MovingScene {
         let kept = |epoch: usize| if advanced { 1 - epoch } else { epoch };
         let missing = |epoch: usize, time: f64| {
             (poses[kept(epoch)].time != time)
-                .then(|| self.poser.pose_at(time, self.motion.pose(time)))
+                .then(|| {
+                    // A new pose takes the stored copies that no kept pose has.
+                    let copy = match advanced {
+                        true => 1 - poses[0].copy,
+                        false => poses[epoch].copy,
+                    };
+                    self.poser.pose_at(time, self.motion.pose(time), copy)
+                })
                 .transpose()
         };
         // Everything that can fail comes first, so that after an error the poses are still those on the device.
@@ -181,6 +189,21 @@ impl MovingScene {
             advanced,
             new,
         }))
+    }
+
+    /// Writes the shapes of a new pose to the device, into the copies of the meshes that the pose is meant for.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn upload_shapes(&self, pose: &ScenePose, buffers: ShapeBuffers<'_>) -> Result<()> {
+        let mesh_nodes = (2 * self.room) as u32;
+        self.poser.upload_shapes(pose, mesh_nodes, buffers)
+    }
+
+    /// For each mesh that deforms, its index in the traced scene and the index in the buffer `positions` of the first triangle
+    /// of the copy that `pose` is meant for.
+    pub fn copies(&self, pose: &ScenePose) -> impl Iterator<Item = (u32, u32)> {
+        self.poser.copies(pose.copy)
     }
 
     /// The lights as they are in the current frame, and the time of this frame in seconds. The light BVH updates its boxes

@@ -40,6 +40,8 @@ pub struct MeshOffsets {
     /// The index in [`Geometry::nodes`] of the root of the tree over the mesh's triangles; 0 if the driver builds the trees,
     /// for ray queries.
     pub root_node: u32,
+    /// The number of nodes of that tree; 0 if the driver builds the trees.
+    pub node_count: u32,
     /// True if every material of the mesh is opaque. Ray queries then accept each hit at once; otherwise the shader tests
     /// the alpha of the hit.
     pub opaque: bool,
@@ -155,6 +157,7 @@ impl Geometry {
             first_tangent: NONE,
             first_part: NONE,
             root_node: 0,
+            node_count: 0,
             opaque: (mesh.parts.iter())
                 .all(|part| materials[part.material as usize].alpha_mode == AlphaMode::Opaque),
             lights: 0,
@@ -165,6 +168,7 @@ impl Geometry {
         let order: Vec<u32> = if trees {
             let tree = Tree::over_triangles(triangles.len(), corners);
             offsets.root_node = self.nodes.len() as u32;
+            offsets.node_count = tree.nodes.len() as u32;
             self.nodes
                 .extend(tree.placed(offsets.root_node, offsets.first_triangle));
             self.depth = self.depth.max(tree.depth);
@@ -263,7 +267,7 @@ fn pack_color(color: Vec4) -> UVec2 {
 /// Packs the direction of a tangent by [`pack_octahedral`], and sets the lowest bit to 1 if `tangent.w`, the sign of the
 /// bitangent, is negative. A tangent of length 0 is packed as +X. Shaders never read it, because the surface at such a
 /// vertex has no normal map.
-fn pack_tangent(tangent: Vec4) -> u32 {
+pub(super) fn pack_tangent(tangent: Vec4) -> u32 {
     let direction = tangent.truncate().try_normalize().unwrap_or(Vec3::X);
     pack_octahedral(direction) & !1 | u32::from(tangent.w < 0.0)
 }

@@ -11,7 +11,7 @@ use crate::scene::{AlphaMode, Environment, Material, PunctualLight, PunctualShap
 use crate::shader_interface::{
     GpuLight, GpuLightChoice, GpuPunctualLight, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, NONE,
 };
-use glam::{DAffine3, UVec3, Vec3};
+use glam::{DAffine3, DVec3, UVec3, Vec3};
 use std::collections::HashMap;
 
 /// The data of a scene's lights that do not depend on time. [`LightSources::placed`] computes the lights at one time from
@@ -154,12 +154,13 @@ impl LightSources {
     }
 
     /// Computes the lights at one time. `transform_of` returns the current transform of an instance, from object to world
-    /// space. `emission` has pairs of the index of a material and its current emission, a linear RGB radiance in W/(m²·sr).
+    /// space, and `corners_of` the current corners of an emissive triangle in object space. `emission` has pairs of the index of a material and its current emission, a linear RGB radiance in W/(m²·sr).
     /// `moved` has pairs of the index of a punctual light and its current transform to world space. All other materials and
     /// punctual lights are as in the scene.
     pub fn placed(
         &self,
         transform_of: impl Fn(u32) -> DAffine3,
+        corners_of: impl Fn(&EmitterTriangle) -> [DVec3; 3],
         emission: &[(u32, Vec3)],
         moved: &[(u32, DAffine3)],
         units: &Units,
@@ -173,7 +174,13 @@ impl LightSources {
             punctual[*index as usize].light_to_world = *transform;
         }
         let triangles: Vec<LightTriangle> = (self.emitter_triangles.iter())
-            .map(|emitter| emitter.placed(&transform_of(emitter.instance)))
+            .map(|emitter| {
+                let deformed = EmitterTriangle {
+                    corners: corners_of(emitter),
+                    ..*emitter
+                };
+                deformed.placed(&transform_of(emitter.instance))
+            })
             .collect();
         let mut powers = self.light_powers.of_all(&triangles, &materials, &punctual);
         limit_distant(&mut powers, |index| {
@@ -312,6 +319,7 @@ pub fn gpu_lights(scene: &Scene, units: &Units) -> Lights {
     let unchanged = |mesh: u32| (0..scene.meshes[mesh as usize].triangles.len() as u32).collect();
     LightSources::of(scene, &scene.emitter_materials(), unchanged).placed(
         transform_of,
+        |emitter| emitter.corners,
         &[],
         &[],
         units,

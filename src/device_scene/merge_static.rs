@@ -38,8 +38,8 @@ impl<'a> TracedScene<'a> {
     }
 }
 
-/// One entry per instance: true if its mesh is merged with others, because the mesh has no other instance and the instance
-/// does not move. If only one instance meets these conditions, none is merged, because there is no other mesh to merge it
+/// One entry per instance: true if its mesh is merged with others, because the mesh has no other instance and neither the
+/// instance moves nor the mesh deforms. If only one instance meets these conditions, none is merged, because there is no other mesh to merge it
 /// with.
 fn merged_instances(scene: &Scene) -> Vec<bool> {
     let mut uses = vec![0_u32; scene.meshes.len()];
@@ -47,13 +47,24 @@ fn merged_instances(scene: &Scene) -> Vec<bool> {
         uses[instance.mesh as usize] += 1;
     }
     let moves = |index: usize| (scene.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
+    let deforming = deforming_meshes(scene);
     let merged: Vec<bool> = (scene.instances.iter().enumerate())
-        .map(|(index, instance)| uses[instance.mesh as usize] == 1 && !moves(index))
+        .map(|(index, instance)| {
+            let mesh = instance.mesh as usize;
+            uses[mesh] == 1 && !moves(index) && !deforming[mesh]
+        })
         .collect();
     if merged.iter().filter(|merged| **merged).count() < 2 {
         return vec![false; merged.len()];
     }
     merged
+}
+
+/// One entry per mesh of the scene: true if it changes its shape with time.
+fn deforming_meshes(scene: &Scene) -> Vec<bool> {
+    let count = scene.meshes.len();
+    let motion = scene.motion.as_ref();
+    motion.map_or(vec![false; count], |motion| motion.deforming_meshes(count))
 }
 
 /// The number of elements that a scene has on the device, for each kind of element. The sizes of the buffers are computed
@@ -176,15 +187,18 @@ impl ElementCounts {
             used[instance.mesh as usize] = true;
         }
         let emitter_materials = scene.emitter_materials();
+        let deforming = deforming_meshes(scene);
         for (index, mesh) in scene.meshes.iter().enumerate() {
             // Merging drops meshes without instances.
             if merges && !used[index] {
                 continue;
             }
             let count = mesh.triangles.len() as u64;
-            counts.triangles += count;
+            // A mesh that deforms is stored in two shapes.
+            let shapes = if deforming[index] { 2 } else { 1 };
+            counts.triangles += shapes * count;
             if !mesh.normals.is_empty() {
-                counts.smooth_triangles += count;
+                counts.smooth_triangles += shapes * count;
             }
             let emits = mesh
                 .parts
@@ -197,7 +211,10 @@ impl ElementCounts {
                 let sets = mesh.uvs.iter().filter(|uvs| !uvs.is_empty());
                 counts.uv_triangles += count * sets.count() as u64;
                 counts.color_triangles += if mesh.colors.is_empty() { 0 } else { count };
-                counts.tangent_triangles += if mesh.tangents.is_empty() { 0 } else { count };
+                counts.tangent_triangles += match mesh.tangents.is_empty() {
+                    true => 0,
+                    false => shapes * count,
+                };
             }
         }
         counts

@@ -5,6 +5,7 @@
 
 pub mod buffers;
 pub mod compute_bvh;
+mod deforming;
 pub mod environment;
 mod epochs;
 pub mod geometry;
@@ -16,6 +17,7 @@ pub mod merge_static;
 mod pose;
 mod rare_lights;
 pub mod ray_query;
+mod refit;
 pub mod scene;
 pub mod selection;
 pub mod shaders;

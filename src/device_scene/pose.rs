@@ -1,6 +1,7 @@
 //! The pose of a scene: the state of its instances and lights at one time, as shaders read it.
 
 use super::compute_bvh::Tree;
+use super::deforming::{DeformedMesh, DeformingMesh, ShapeBuffers};
 use super::geometry::{Geometry, MeshOffsets};
 use super::lights::{LightSources, Lights};
 use super::merge_static::TracedScene;
@@ -13,6 +14,7 @@ use crate::scene::validate::LARGEST_COORDINATE;
 use crate::shader_interface::{GpuInstance, GpuPreviousTransform, NONE};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Computes the pose of a scene at any time: its instances, its lights and the tree over the instances. It holds all data
 /// that do not depend on time. So [`ScenePoser::pose_at`] needs only the current transforms and emission of what changes.
@@ -24,6 +26,10 @@ pub struct ScenePoser {
     /// looked up here. Instances with merged meshes never move, and are not in the map.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
+    /// The meshes that deform, in the order of the scene's deformations.
+    deforming: Vec<DeformingMesh>,
+    /// For each traced instance, the index in `deforming` of its mesh; `None` if the mesh keeps its shape.
+    deforms: Vec<Option<usize>>,
     trees: bool,
     /// The maximum number of levels of the tree over the instances. Compiled shaders traverse the tree with a stack of fixed
     /// size, and a deeper tree would exceed it. The value is `u32::MAX` (no limit) until [`ScenePoser::limit_depth`] sets
@@ -69,12 +75,22 @@ pub struct ScenePose {
     /// transform from object to world space at this time. From the pairs of two poses, [`ScenePoser::previous_transforms`]
     /// computes where points were in the previous frame.
     pub moved: Vec<(u32, DAffine3)>,
+    /// The meshes that deform in their shapes at this time.
+    pub deformed: Arc<[DeformedMesh]>,
+    /// The index, 0 or 1, of the stored copies of these meshes that have these shapes.
+    pub copy: usize,
 }
 
 impl ScenePoser {
     /// Prepares a scene for posing. If `trees` is true, each pose gets a tree over the instances, which tracing in compute
-    /// needs; otherwise its tree is empty.
-    pub fn new(traced: &TracedScene<'_>, geometry: &Geometry, units: Units, trees: bool) -> Self {
+    /// needs; otherwise its tree is empty. `deforming` are the meshes that deform, in the order of the scene's deformations.
+    pub fn new(
+        traced: &TracedScene<'_>,
+        geometry: &Geometry,
+        deforming: Vec<DeformingMesh>,
+        units: Units,
+        trees: bool,
+    ) -> Self {
         let scene = &traced.scene;
         let mut instances = Vec::with_capacity(scene.instances.len());
         let mut traced_index = HashMap::new();
@@ -112,7 +128,13 @@ impl ScenePoser {
             });
             light_count += offsets.lights;
         }
+        let deforms = scene.instances.iter().map(|instance| {
+            let mut meshes = deforming.iter();
+            meshes.position(|deforming| deforming.mesh == instance.mesh)
+        });
         Self {
+            deforms: deforms.collect(),
+            deforming,
             units,
             max_depth: u32::MAX,
             instances,
@@ -137,12 +159,16 @@ impl ScenePoser {
     }
 
     /// Computes the pose of the scene at `time`, in seconds. `pose` has the transforms at this time of everything that may
-    /// move, and the emission of each material whose emission changes.
+    /// move, the emission of each material whose emission changes, and the shapes of all meshes that deform. These shapes are
+    /// meant for the stored copies with the index `copy`.
     ///
     /// # Errors
     /// The transform of an instance or punctual light is not finite, or moves it further from the origin of the device's
-    /// coordinates than can be rendered.
-    pub fn pose_at(&self, time: f64, pose: Pose) -> Result<ScenePose> {
+    /// coordinates than can be rendered; or a vertex of a mesh that deforms is too far away.
+    pub fn pose_at(&self, time: f64, pose: Pose, copy: usize) -> Result<ScenePose> {
+        let shapes = self.deforming.iter().zip(&pose.shapes);
+        let deformed = shapes.map(|(mesh, shape)| mesh.deformed(shape, time));
+        let deformed: Arc<[DeformedMesh]> = deformed.collect::<Result<_>>()?;
         let mut to_world: Vec<DAffine3> =
             self.instances.iter().map(|i| i.object_to_world).collect();
         let from_origin = DAffine3::from_translation(-self.units.origin);
@@ -151,33 +177,54 @@ impl ScenePoser {
             let Some(&index) = self.traced_index.get(moving) else {
                 continue;
             };
-            let (min, max) = self.instances[index].mesh.bounds;
+            to_world[index] = *transform;
+        }
+        let bounds_of = |index: usize| match self.deforms[index] {
+            Some(mesh) => deformed[mesh].bounds,
+            None => self.instances[index].mesh.bounds,
+        };
+        let moving = pose.instances.iter().map(|(moving, _)| moving);
+        let moving = moving.filter_map(|moving| self.traced_index.get(moving).copied());
+        let deforming = (0..to_world.len()).filter(|index| self.deforms[*index].is_some());
+        for index in moving.chain(deforming) {
+            let (min, max) = bounds_of(index);
             let bounds = Bounds {
                 min: min.as_dvec3(),
                 max: max.as_dvec3(),
             };
-            let centred = from_origin * *transform * self.instances[index].mesh.to_object;
-            check_transform(*moving, &centred, Some(&bounds), time, farthest)?;
-            to_world[index] = *transform;
+            let centred = from_origin * to_world[index] * self.instances[index].mesh.to_object;
+            let id = self.instances[index].constant.id;
+            check_transform(id, &centred, Some(&bounds), time, farthest)?;
         }
         for (moving, transform) in &pose.lights {
             check_light_transform(*moving, &(from_origin * *transform), time, farthest)?;
         }
         let transform_of = |instance: u32| to_world[instance as usize];
-        let lights = self
-            .sources
-            .placed(transform_of, &pose.emission, &pose.lights, &self.units);
+        let corners_of = |emitter: &EmitterTriangle| match self.deforms[emitter.instance as usize] {
+            Some(mesh) => self.deforming[mesh].corners(&deformed[mesh], emitter.triangle),
+            None => emitter.corners,
+        };
+        let lights = self.sources.placed(
+            transform_of,
+            corners_of,
+            &pose.emission,
+            &pose.lights,
+            &self.units,
+        );
 
         let mut instances = Vec::with_capacity(to_world.len());
         let (mut visible, mut boxes) = (Vec::new(), Vec::new());
         for (index, (traced, transform)) in self.instances.iter().zip(&to_world).enumerate() {
             let object_to_world = self.on_device(transform, index);
             let mut instance = traced.constant;
+            if let Some(mesh) = self.deforms[index] {
+                self.deforming[mesh].show(&mut instance, copy);
+            }
             if !is_flat(&object_to_world) {
                 instance.object_to_world = columns(object_to_world);
                 instance.world_to_object = columns(object_to_world.inverse());
                 visible.push(index as u32);
-                boxes.push(world_box(&object_to_world, &traced.mesh));
+                boxes.push(world_box(&object_to_world, bounds_of(index)));
             }
             instances.push(instance);
         }
@@ -191,7 +238,45 @@ impl ScenePoser {
             top: Tree::over_boxes_within(&boxes, self.max_depth),
             lights,
             moved: pose.instances,
+            deformed,
+            copy,
         })
+    }
+
+    /// The same pose, in the other stored copies of the meshes that deform.
+    pub fn in_other_copy(&self, pose: &ScenePose) -> ScenePose {
+        let mut other = pose.clone();
+        other.copy = 1 - pose.copy;
+        for (instance, mesh) in other.instances.iter_mut().zip(&self.deforms) {
+            if let Some(mesh) = mesh {
+                self.deforming[*mesh].show(instance, other.copy);
+            }
+        }
+        other
+    }
+
+    /// Writes the shapes of a pose into the copies of the meshes that the pose is meant for. `mesh_nodes` is the index in the
+    /// buffer `nodes` of the first node of the meshes' trees.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn upload_shapes(
+        &self,
+        pose: &ScenePose,
+        mesh_nodes: u32,
+        buffers: ShapeBuffers<'_>,
+    ) -> Result<()> {
+        for (mesh, deformed) in self.deforming.iter().zip(&*pose.deformed) {
+            mesh.upload(deformed, pose.copy, mesh_nodes, buffers)?;
+        }
+        Ok(())
+    }
+
+    /// For each mesh that deforms, its index in the traced scene and the index in the buffer `positions` of the first triangle
+    /// of the copy with the index `copy`.
+    pub fn copies(&self, copy: usize) -> impl Iterator<Item = (u32, u32)> {
+        let meshes = self.deforming.iter();
+        meshes.map(move |mesh| (mesh.mesh, mesh.first_triangle(copy)))
     }
 
     /// The transform of the traced instance `index` from the stored positions of its mesh to the device's
@@ -243,8 +328,8 @@ fn columns(transform: DAffine3) -> [Vec3; 4] {
 /// The box (min, max) of an instance in the device's world space, for the tree over the instances.
 /// `object_to_world` transforms the mesh's stored positions to this space. The box is enlarged on each side
 /// by a millionth of its largest coordinate, so that rounding errors of rays in object space cause no misses.
-fn world_box(object_to_world: &DAffine3, offsets: &MeshOffsets) -> (Vec3, Vec3) {
-    let (low, high) = (offsets.bounds.0.as_dvec3(), offsets.bounds.1.as_dvec3());
+fn world_box(object_to_world: &DAffine3, bounds: (Vec3, Vec3)) -> (Vec3, Vec3) {
+    let (low, high) = (bounds.0.as_dvec3(), bounds.1.as_dvec3());
     let mut world = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for corner in 0..8 {
         let pick = |axis: usize| {

@@ -2,6 +2,7 @@
 
 use super::buffers::{SceneBuffers, SceneContents};
 use super::compute_bvh::{balanced_depth, max_nodes};
+use super::deforming::{DeformingMesh, ShapeBuffers};
 use super::environment::EnvironmentTexels;
 use super::epochs::{EpochContents, MovingScene};
 use super::geometry::Geometry;
@@ -100,11 +101,12 @@ impl GpuScene {
         let trees = variant.tracer == Tracer::ComputeBvh;
         let units = Units::of(scene, origin);
         let traced = timed("merging static meshes", || merge_static(scene, origin));
-        let geometry = timed("building trees", || Geometry::new(&traced, trees));
+        let mut geometry = timed("building trees", || Geometry::new(&traced, trees));
+        let deforming = DeformingMesh::reserve(scene, &traced, &mut geometry);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
-        let mut poser = ScenePoser::new(&traced, &geometry, units, trees);
+        let mut poser = ScenePoser::new(&traced, &geometry, deforming, units, trees);
         let start = motion.map_or_else(Pose::default, |motion| motion.pose(0.0));
-        let pose = poser.pose_at(0.0, start)?;
+        let pose = poser.pose_at(0.0, start, 0)?;
         // One group per level, and two more where a ray enters an instance.
         let levels = |top: u32| (top + geometry.depth + 2).next_multiple_of(8);
         let mut stack_size = levels(pose.top.depth);
@@ -213,6 +215,17 @@ impl GpuScene {
         };
         let [now, before] = &*change.poses;
         let epochs = EpochContents::new(&[now, before], moving.room);
+        for (pose, _) in change.poses.iter().zip(change.new).filter(|(_, new)| *new) {
+            let buffers = ShapeBuffers {
+                positions: &self.buffers.positions,
+                corner_directions: &self.buffers.corner_directions,
+                nodes: &self.buffers.nodes,
+            };
+            moving.upload_shapes(pose, buffers)?;
+            if let Some(scene) = &self.ray_query {
+                scene.rebuild_meshes(&self.buffers.positions, moving.copies(pose))?;
+            }
+        }
         self.buffers.instances.write(&epochs.instances)?;
         self.buffers.lights.write(&epochs.lights)?;
         self.buffers

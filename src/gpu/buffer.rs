@@ -222,8 +222,18 @@ impl Buffer {
     /// # Errors
     /// `data` is larger than the buffer.
     pub fn write<T: bytemuck::Pod>(&self, data: &[T]) -> Result<()> {
+        self.write_at(0, data)
+    }
+
+    /// Copies `data` into the buffer so that it begins at the index `first`, counted in values of the type `T`, and waits for
+    /// the copy. On a device that only compiles, it does nothing.
+    ///
+    /// # Errors
+    /// `data` extends beyond the buffer.
+    pub fn write_at<T: bytemuck::Pod>(&self, first: usize, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        self.check(bytes.len() as u64)?;
+        let start = (first * size_of::<T>()) as u64;
+        self.check(start + bytes.len() as u64)?;
         if bytes.is_empty() || !self.device.runs() {
             return Ok(());
         }
@@ -235,7 +245,7 @@ impl Buffer {
             copy(
                 &self.device,
                 (&staging, 0),
-                (self, (index * piece) as u64),
+                (self, start + (index * piece) as u64),
                 part.len() as u64,
             )?;
         }

@@ -2,6 +2,7 @@
 //! scene: they are reused or continued only for a scene with the same hash.
 
 use super::camera::{Lens, Projection};
+use super::motion::deformation::{Deformation, Influence, Joint, MorphTarget, Skin, Vertices};
 use super::motion::tracks::{Animated, Interpolation, Track};
 use super::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
 use super::texture::Wrap;
@@ -143,6 +144,7 @@ fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
         cameras,
         lights,
         emission,
+        deformations,
     } = motion;
     let index = |hasher: &mut blake3::Hasher, index: Option<u32>| {
         hasher.update(&index.unwrap_or(u32::MAX).to_le_bytes());
@@ -186,6 +188,63 @@ fn hash_motion(hasher: &mut blake3::Hasher, motion: &Motion) {
         hash_animated(hasher, color, |v| v.to_array().to_vec());
         hash_animated(hasher, strength, |v| vec![v]);
     }
+    for deformation in deformations {
+        hash_deformation(hasher, deformation);
+    }
+}
+
+fn hash_deformation(hasher: &mut blake3::Hasher, deformation: &Deformation) {
+    let Deformation {
+        mesh,
+        rest,
+        targets,
+        skin,
+    } = deformation;
+    let Vertices {
+        positions,
+        normals,
+        tangents,
+    } = rest;
+    hasher.update(b"deformation\0");
+    hasher.update(&mesh.to_le_bytes());
+    for vectors in [positions, normals] {
+        count(hasher, vectors.len());
+        hasher.update(bytemuck::cast_slice(vectors));
+    }
+    hasher.update(bytemuck::cast_slice(tangents));
+    count(hasher, targets.len());
+    for MorphTarget {
+        weight,
+        positions,
+        normals,
+        tangents,
+    } in targets
+    {
+        hash_animated(hasher, weight, |v| vec![v]);
+        for vectors in [positions, normals, tangents] {
+            count(hasher, vectors.len());
+            hasher.update(bytemuck::cast_slice(vectors));
+        }
+    }
+    let Some(Skin {
+        joints,
+        first_influence,
+        influences,
+        world_to_object,
+    }) = skin
+    else {
+        return;
+    };
+    count(hasher, joints.len());
+    for Joint { node, inverse_bind } in joints {
+        hasher.update(&node.to_le_bytes());
+        hash_affine(hasher, inverse_bind);
+    }
+    hasher.update(bytemuck::cast_slice(first_influence));
+    for Influence { joint, weight } in influences {
+        hasher.update(bytemuck::bytes_of(&[*joint, weight.to_bits()]));
+    }
+    hash_affine(hasher, world_to_object);
 }
 
 fn hash_animated<T: Copy>(
@@ -224,6 +283,7 @@ fn hash_mesh(hasher: &mut blake3::Hasher, mesh: &Mesh) {
         uvs,
         triangles,
         parts,
+        sources: _,
     } = mesh;
     count(hasher, positions.len());
     hasher.update(bytemuck::cast_slice(positions));

@@ -86,6 +86,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Runs of triangles with one material each. Together they cover `triangles` in order, without gaps.
     pub parts: Vec<Part>,
+    /// While a mesh that deforms is repaired: for each vertex, its index before the repair. Empty otherwise.
+    pub sources: Vec<u32>,
 }
 
 /// A run of consecutive triangles of a [`Mesh`] that have the same material. Several parts give one mesh several materials.

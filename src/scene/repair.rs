@@ -2,8 +2,8 @@
 //! and tangents unit vectors, fills in missing normals, and clamps vertex colours to [0, 1]. Notices tell the user about
 //! most of these changes. There is no notice about small corrections of normals, about tangents or about unused vertices.
 
-use super::Mesh;
 use super::notices::{Tally, label};
+use super::{Material, Mesh};
 use glam::{DVec3, Vec3, Vec4};
 
 /// The difference of a normal's squared length from 1 above which the normal is normalised. With smaller differences, which
@@ -41,6 +41,30 @@ impl Mesh {
         let odd = self.clamp_colors();
         tally.add_many("vertex colours outside [0, 1] are clamped", odd, location);
         self.drop_unused_vertices();
+    }
+
+    /// Repairs a mesh and makes its tangents, before it is deformed. Returns, for each vertex, its index before the repair.
+    /// `index` is the index of the mesh in the scene, for notices. A part may have the index behind the last of `materials`: that
+    /// of the default material.
+    pub(crate) fn prepare_to_deform(
+        &mut self,
+        index: usize,
+        materials: &[Material],
+        tally: &mut Tally,
+    ) -> Vec<u32> {
+        self.sources = (0..self.positions.len() as u32).collect();
+        self.repair(index, tally);
+        let count = materials.len();
+        match self
+            .parts
+            .iter()
+            .any(|part| part.material as usize == count)
+        {
+            false => self.make_tangents(materials),
+            // The default material, which the reader adds at the end.
+            true => self.make_tangents(&[materials, &[Material::default()]].concat()),
+        }
+        std::mem::take(&mut self.sources)
     }
 
     /// Clamps the channels of vertex colours to [0, 1]. Returns the number of vertices whose colour changed, for a notice.
@@ -166,6 +190,9 @@ impl Mesh {
         for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
             uvs.push(uvs[vertex]);
         }
+        if !self.sources.is_empty() {
+            self.sources.push(self.sources[vertex]);
+        }
         Some(copy)
     }
 
@@ -195,6 +222,9 @@ impl Mesh {
             for uvs in self.uvs.iter_mut().filter(|uvs| !uvs.is_empty()) {
                 uvs[kept] = uvs[vertex];
             }
+            if !self.sources.is_empty() {
+                self.sources[kept] = self.sources[vertex];
+            }
             kept += 1;
         }
         self.positions.truncate(kept);
@@ -202,6 +232,7 @@ impl Mesh {
         self.colors.truncate(kept);
         self.tangents.truncate(kept);
         self.uvs.iter_mut().for_each(|uvs| uvs.truncate(kept));
+        self.sources.truncate(kept);
         for vertex in self.triangles.as_flattened_mut() {
             *vertex = moved[*vertex as usize];
         }

@@ -72,10 +72,14 @@ pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
 
 impl Mesh {
     /// Checks and repairs a mesh, and makes its tangents. `index` is its index in the scene. Returns the notices about it;
-    /// fails as [`check_mesh`] does. Meshes are independent of each other, so they are checked in parallel.
-    fn checked(&mut self, index: usize, materials: &[Material]) -> Result<Tally> {
+    /// fails as [`check_mesh`] does. A mesh that `deforms` is only checked. Meshes are independent of each other, so they are checked in parallel.
+    fn checked(&mut self, index: usize, materials: &[Material], deforms: bool) -> Result<Tally> {
         let mut tally = Tally::default();
         check_mesh(index, self, materials)?;
+        // Its rest shape is repaired where it is read: later, its vertices must keep their order.
+        if deforms {
+            return Ok(tally);
+        }
         if is_coarse(self) {
             tally.add(
                 "meshes are so far from their origin that f32 holds their vertices coarsely; move the mesh there, and its node back",
@@ -109,7 +113,12 @@ impl Scene {
                 self.materials.len(),
             ];
             motion.check(counts)?;
+            motion.check_deformations(&self.meshes)?;
         }
+        let meshes = self.meshes.len();
+        let deforming = (self.motion.as_ref()).map_or(vec![false; meshes], |motion| {
+            motion.deforming_meshes(meshes)
+        });
         for (index, material) in self.materials.iter_mut().enumerate() {
             check_material(index, material, &mut tally)?;
             check_textures(index, material, &self.images)?;
@@ -119,7 +128,7 @@ impl Scene {
         }
         let meshes = self.meshes.par_iter_mut().enumerate();
         let noticed: Vec<Result<Tally>> = meshes
-            .map(|(index, mesh)| mesh.checked(index, &self.materials))
+            .map(|(index, mesh)| mesh.checked(index, &self.materials, deforming[index]))
             .collect();
         for of_mesh in noticed {
             tally.append(of_mesh?);
@@ -199,6 +208,13 @@ impl Scene {
             return;
         }
         self.meshes.retain(|mesh| !mesh.triangles.is_empty());
+        if let Some(motion) = &mut self.motion {
+            motion.deformations.retain_mut(|deformation| {
+                let index = moved[deformation.mesh as usize];
+                deformation.mesh = index.unwrap_or(0);
+                index.is_some()
+            });
+        }
         self.retain_instances(|_, instance| match moved[instance.mesh as usize] {
             Some(mesh) => {
                 instance.mesh = mesh;

@@ -182,7 +182,6 @@ fn what_is_ignored_may_be_anything() {
     let file = Gltf::triangle().with(|json| {
         json["animations"] = json!([{ "channels": [{ "target": { "path": "pointer" } }] }]);
         json["samplers"] = json!([{ "magFilter": -1 }]);
-        json["skins"] = json!({});
         json["extras"] = json!([null]);
         json["materials"][0]["extras"] = "text".into();
         json["materials"][0]["extensions"] = json!({ "KHR_materials_clearcoat": [] });
@@ -409,9 +408,6 @@ fn unused_vertices_of_shared_accessors_are_left_out() {
 fn what_is_ignored_is_said_once() {
     let file = Gltf::triangle().with(|json| {
         json["extensionsUsed"] = json!(["KHR_materials_sheen", "KHR_materials_clearcoat"]);
-        json["nodes"][0]["skin"] = 0.into();
-        let primitive = &mut json["meshes"][0]["primitives"][0];
-        primitive["targets"] = json!([{ "POSITION": 0 }]);
         let textured = json!({
             "occlusionTexture": { "index": 0 },
         });
@@ -436,8 +432,6 @@ fn what_is_ignored_is_said_once() {
             "extensions that are not supported are ignored: KHR_materials_sheen, KHR_materials_clearcoat",
             "textures that are not supported are ignored: occlusion (2)",
             "alpha modes that are unknown are taken as OPAQUE: material 0 \"paint\" has \"GLASS\"",
-            "skins are ignored, the mesh stands as modelled: node 0 \"root\"",
-            "morph targets are ignored: mesh 0 \"leaf\" primitive 0",
             "cameras with a negative xmag or ymag, which mirrors the picture, are skipped: camera 1 of node 2",
         ]
     );

@@ -3,6 +3,7 @@
 
 mod animations;
 mod compression;
+mod deformations;
 mod environments;
 mod exr;
 mod file_names;

@@ -86,7 +86,7 @@ fn check(name: &str, scene: Scene, tracer: Option<Tracer>, change: fn(&mut Setti
 }
 
 /// Renders light of up to `bounces` scattering events with `seeds` seeds, and compares the mean with path tracing.
-fn check_at(
+pub fn check_at(
     bounces: u32,
     seeds: u32,
     name: &str,
@@ -149,7 +149,7 @@ fn check_at(
 
 /// Switches to temporal reuse alone. Spatial reuse is left out, because samples that neighbours share make the mean of a
 /// picture less certain.
-fn temporal(settings: &mut Settings) {
+pub fn temporal(settings: &mut Settings) {
     settings.direct.resampling.reuse = ReuseMode::Temporal;
     settings.direct.resampling.light_samples = 24;
     settings.indirect.resampling.reuse = ReuseMode::Temporal;
@@ -185,12 +185,13 @@ fn with_a_step(
         cameras: vec![None; scene.cameras.len()],
         lights: vec![],
         emission: Vec::new(),
+        deformations: Vec::new(),
     });
     scene
 }
 
 /// Runs a test of this file again in a new process with a fault in temporal reuse, and asserts that it fails.
-fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
+pub fn assert_seen(test: &str, file: &str, right: &str, wrong: &str) {
     let fault = (file, right, wrong);
     let output = support::run_with_fault(test, fault, |command| command.arg("--nocapture"));
     let text = |bytes| String::from_utf8_lossy(bytes).into_owned();

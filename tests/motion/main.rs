@@ -2,6 +2,7 @@
 //! bias although the previous frame was different, and compared with references of the same moment.
 
 mod bias;
+mod figures;
 mod moments;
 mod named;
 mod study;

@@ -44,9 +44,6 @@ def read(path, time, variant):
     frame = time * scene.render.fps / scene.render.fps_base
     scene.frame_set(math.floor(frame), subframe=frame % 1)
     for each in bpy.data.objects:
-        if each.type == "ARMATURE":
-            # Headwater shows skinned meshes as they were modelled.
-            each.data.pose_position = "REST"
         # Cycles moves the origins of shadow rays on smooth surfaces unless this is 0.
         each.cycles.shadow_terminator_geometry_offset = 0.0
         each.cycles.shadow_terminator_offset = 0.0

@@ -20,6 +20,7 @@ fn scene() -> Scene {
                 triangle_count: 1,
                 material: 0,
             }],
+            sources: vec![],
         }],
         materials: vec![Material::default()],
         images: vec![],
@@ -35,6 +36,66 @@ fn scene() -> Scene {
         material_variants: vec![],
         notices: vec![],
     }
+}
+
+/// Each value of a deformation changes the hash.
+#[test]
+fn deformations_count() {
+    type Change = fn(&mut Deformation);
+    let changes: [Change; 9] = [
+        |_| (),
+        |d| d.mesh = 1,
+        |d| d.rest.positions[0].x = 2.0,
+        |d| d.targets[0].weight.rest = 0.5,
+        |d| d.targets[0].positions[0].y = 1.0,
+        |d| d.targets[0].normals = vec![Vec3::ONE],
+        |d| d.skin.as_mut().unwrap().joints[0].node = 1,
+        |d| {
+            d.skin.as_mut().unwrap().joints[0].inverse_bind =
+                DAffine3::from_scale(DVec3::splat(2.0))
+        },
+        |d| d.skin.as_mut().unwrap().influences[0].weight = 0.5,
+    ];
+    let mut hashes: Vec<String> = (changes.iter())
+        .map(|change| {
+            let mut deformation = Deformation {
+                mesh: 0,
+                rest: Vertices {
+                    positions: vec![Vec3::ZERO],
+                    ..Vertices::default()
+                },
+                targets: vec![MorphTarget {
+                    weight: Animated::still(0.0),
+                    positions: vec![Vec3::ZERO],
+                    normals: vec![],
+                    tangents: vec![],
+                }],
+                skin: Some(Skin {
+                    joints: vec![Joint {
+                        node: 0,
+                        inverse_bind: DAffine3::IDENTITY,
+                    }],
+                    first_influence: vec![0, 1],
+                    influences: vec![Influence {
+                        joint: 0,
+                        weight: 1.0,
+                    }],
+                    world_to_object: DAffine3::IDENTITY,
+                }),
+            };
+            change(&mut deformation);
+            let mut scene = scene();
+            scene.motion = Some(Motion {
+                deformations: vec![deformation],
+                ..Motion::default()
+            });
+            scene.content_hash()
+        })
+        .collect();
+    hashes.sort();
+    let all = hashes.len();
+    hashes.dedup();
+    assert_eq!(hashes.len(), all);
 }
 
 #[test]

@@ -2,15 +2,18 @@
 //! that move are attached to nodes. From the motion the renderer computes a [`Pose`], the state of all that moves, for the
 //! time of each frame.
 
+pub mod deformation;
 mod moving_camera;
 mod pose;
 pub mod tracks;
 
 pub use moving_camera::MovingCamera;
-pub use pose::{Pose, check_light_transform, check_transform, is_flat};
+pub use pose::{Pose, check_light_transform, check_transform, check_vertices, is_flat};
 
+use super::Mesh;
 use super::validate::BRIGHTEST;
 use crate::{Error, Result};
+use deformation::Deformation;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use tracks::{Animated, Keyed, TrackFault};
 
@@ -32,6 +35,8 @@ pub struct Motion {
     pub lights: Vec<Option<u32>>,
     /// The emission of each material whose emission changes with time; each material occurs at most once.
     pub emission: Vec<Emission>,
+    /// The meshes whose shape changes; each mesh occurs at most once.
+    pub deformations: Vec<Deformation>,
 }
 
 /// A node of the tree of transforms. Instances, cameras and lights that are attached to it move with it.
@@ -138,14 +143,25 @@ impl Motion {
         });
         let emission = self.emission.iter();
         let emission = emission.map(|e| e.color.seconds().max(e.strength.seconds()));
-        nodes.chain(emission).fold(0.0, f64::max)
+        let targets = self.deformations.iter().flat_map(|d| &d.targets);
+        let targets = targets.map(|target| target.weight.seconds());
+        nodes.chain(emission).chain(targets).fold(0.0, f64::max)
     }
 
-    /// True if the scene itself changes with time: an instance or a punctual light moves, or the emission of a material
-    /// changes. The device then also stores the scene's state in the previous frame. The motion of cameras does not count.
+    /// True if the scene itself changes with time: an instance or a punctual light moves, the emission of a material
+    /// changes, or a mesh changes its shape. The device then also stores the scene's state in the previous frame. The motion of cameras does not count.
     pub fn moves_things(&self) -> bool {
         let mut attached = self.instances.iter().chain(&self.lights);
-        !self.emission.is_empty() || attached.any(Option::is_some)
+        !self.emission.is_empty() || !self.deformations.is_empty() || attached.any(Option::is_some)
+    }
+
+    /// One entry for each of the `count` meshes of the scene: true if the mesh changes its shape with time.
+    pub fn deforming_meshes(&self, count: usize) -> Vec<bool> {
+        let mut deforming = vec![false; count];
+        for deformation in &self.deformations {
+            deforming[deformation.mesh as usize] = true;
+        }
+        deforming
     }
 
     /// True if the instance with the index `index` in the scene is attached to a node, so that it moves at some time. Such
@@ -179,6 +195,10 @@ impl Motion {
             emission.strength.simplify();
         }
         self.emission.retain(Emission::changes);
+        for target in self.deformations.iter_mut().flat_map(|d| &mut d.targets) {
+            target.weight.simplify();
+        }
+        self.deformations.retain(|d| d.changes(&moves));
         self.drop_unused_nodes();
         let cameras = self.cameras.iter().any(Option::is_some);
         (cameras || self.moves_things()).then_some(self)
@@ -186,7 +206,8 @@ impl Motion {
 
     fn drop_unused_nodes(&mut self) {
         let mut used = vec![false; self.nodes.len()];
-        for node in self.attached().flatten() {
+        let joints = self.deformations.iter().flat_map(Deformation::joint_nodes);
+        for node in self.attached().flatten().chain(joints) {
             used[*node as usize] = true;
         }
         for index in (0..self.nodes.len()).rev() {
@@ -209,6 +230,10 @@ impl Motion {
         }
         for node in self.attached_mut() {
             *node = node.map(|node| moved[node as usize]);
+        }
+        let skins = self.deformations.iter_mut().filter_map(|d| d.skin.as_mut());
+        for joint in skins.flat_map(|skin| &mut skin.joints) {
+            joint.node = moved[joint.node as usize];
         }
     }
 
@@ -267,6 +292,34 @@ impl Motion {
     }
 }
 
+impl Motion {
+    /// Checks the deformations, so that [`Deformation::deform`] can rely on them. `meshes` are those of the scene.
+    ///
+    /// # Errors
+    /// The first fault: a mesh does not exist or has two deformations, a joint or a node does not exist, a list does not fit
+    /// the vertices, or a track is faulty.
+    pub(super) fn check_deformations(&self, meshes: &[Mesh]) -> Result<()> {
+        let mut deforming = vec![false; meshes.len()];
+        for (index, deformation) in self.deformations.iter().enumerate() {
+            let what = format!("motion, deformation {index}");
+            let wrong = |fault: &str| Err(Error::input(format!("{what}: {fault}")));
+            let Some(mesh) = meshes.get(deformation.mesh as usize) else {
+                return wrong(&format!("mesh {} does not exist", deformation.mesh));
+            };
+            if std::mem::replace(&mut deforming[deformation.mesh as usize], true) {
+                return wrong(&format!("mesh {} has another one", deformation.mesh));
+            }
+            if let Some(fault) = deformation.fault(mesh, self.nodes.len()) {
+                return wrong(&fault);
+            }
+            for (target, morph) in deformation.targets.iter().enumerate() {
+                check_track(&format!("{what}, weight {target}"), &morph.weight)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 fn check_track<T: Keyed>(what: &str, animated: &Animated<T>) -> Result<()> {
     match animated.track.as_ref().map(tracks::Track::check) {
         Some(Err(TrackFault::Times(fault) | TrackFault::Values(fault))) => {
@@ -312,6 +365,7 @@ mod tests {
             cameras: vec![Some(0)],
             lights: vec![],
             emission: vec![],
+            deformations: vec![],
         };
         let simple = motion.clone().simplified().unwrap();
         assert_eq!(simple.nodes.len(), 2);

@@ -1,6 +1,7 @@
 //! The pose of a scene: the state, at one time, of everything that moves. The renderer draws each frame in the pose at the
 //! frame's time.
 
+use super::deformation::Shape;
 use super::{Motion, Transform};
 use crate::scene::validate::{LARGEST_COORDINATE, check_reach, is_singular};
 use crate::scene::{Bounds, Camera, Mesh, Scene, camera};
@@ -24,6 +25,8 @@ pub struct Pose {
     /// The materials whose emission changes: the index in [`Scene::materials`], and the emitted linear RGB radiance in
     /// W/(m²·sr).
     pub emission: Vec<(u32, Vec3)>,
+    /// The shapes of the meshes that deform, in the order of [`Motion::deformations`].
+    pub shapes: Vec<Shape>,
 }
 
 impl Motion {
@@ -55,6 +58,9 @@ impl Motion {
                 .emission
                 .iter()
                 .map(|emission| (emission.material, emission.at(time)))
+                .collect(),
+            shapes: (self.deformations.iter())
+                .map(|deformation| deformation.shape(time, &to_world))
                 .collect(),
         }
     }
@@ -104,6 +110,14 @@ impl Scene {
             return Ok(());
         };
         let pose = motion.pose(time);
+        for (deformation, shape) in motion.deformations.iter().zip(&pose.shapes) {
+            let vertices = deformation.deform(shape);
+            let mesh = &mut self.meshes[deformation.mesh as usize];
+            check_vertices(&mesh.name, &vertices.positions, time)?;
+            mesh.positions = vertices.positions;
+            mesh.normals = vertices.normals;
+            mesh.tangents = vertices.tangents;
+        }
         // Once for each mesh, in however many places it stands.
         let boxes: Vec<_> = self.meshes.iter().map(Mesh::bounds).collect();
         for (index, transform) in pose.instances {
@@ -134,6 +148,22 @@ fn rigid_camera(index: usize, transform: &DAffine3, time: f64) -> Result<DAffine
         }
         _ => Err(Error::input(format!(
             "camera {index}: at {time} s it has no direction, since its scale is 0 or its axes are in one plane"
+        ))),
+    }
+}
+
+/// Checks that a deformed mesh can be rendered. `name` is the name of the mesh and `time`, in seconds, the time of its shape,
+/// for messages.
+///
+/// # Errors
+/// A coordinate is not finite or beyond [`LARGEST_COORDINATE`].
+pub fn check_vertices(name: &str, positions: &[Vec3], time: f64) -> Result<()> {
+    let limit = LARGEST_COORDINATE as f32;
+    let wrong = |p: &&Vec3| !p.abs().cmple(Vec3::splat(limit)).all();
+    match positions.iter().find(wrong) {
+        None => Ok(()),
+        Some(position) => Err(Error::input(format!(
+            "mesh \"{name}\" at {time} s: its joints or morph targets move a vertex to {position}, and {LARGEST_COORDINATE:e} is as far as can be rendered"
         ))),
     }
 }
@@ -209,6 +239,7 @@ mod tests {
                 },
                 strength: Animated::still(3.0),
             }],
+            deformations: vec![],
         };
         assert_eq!(
             motion.check([3, 1, 0, 4]).map_err(|e| e.to_string()),

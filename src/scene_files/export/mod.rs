@@ -21,7 +21,7 @@ const FLOAT: u32 = 5126;
 
 /// Writes a scene to `path` as binary glTF: meshes with one primitive per part, instances as nodes, materials with their
 /// textures (as PNG), lights, cameras, and animations, whose keys are stored in f32. The environment is left
-/// out, and the shear of texture transforms, which glTF cannot express.
+/// out, the deformation of meshes, which have their shape at time 0, and the shear of texture transforms, which glTF cannot express.
 ///
 /// # Errors
 /// An image's number of texels is not its width × height, or the image cannot be encoded as PNG; the file would have more

@@ -5,9 +5,11 @@
 
 use super::accessors::{Accessors, get};
 use super::damaged;
+use super::deformations::target_count;
 use super::document::{Animation, Channel};
 use super::materials::emission;
 use super::nodes::Placed;
+use crate::scene::motion::deformation::Deformation;
 use crate::scene::motion::tracks::{Animated, Interpolation, Keyed, Track, TrackFault};
 use crate::scene::motion::{AnimatedTransform, Emission, Motion, Node, Transform};
 use crate::scene::notices::{Tally, quoted};
@@ -23,6 +25,8 @@ use std::collections::BTreeMap;
 pub struct Animations {
     nodes: BTreeMap<usize, AnimatedTransform>,
     materials: BTreeMap<usize, Emission>,
+    /// For the index of a node in the file, the keyframes of the weight of each morph target of its mesh.
+    weights: BTreeMap<usize, Vec<Track<f64>>>,
 }
 
 /// The property that a channel of a glTF animation changes, with the index in the file of the node or the material that has
@@ -33,6 +37,7 @@ enum Target {
     Scale(usize),
     EmissiveFactor(usize),
     EmissiveStrength(usize),
+    Weights(usize),
 }
 
 /// Reads the keyframes of all animation channels that change the translation, rotation or scale of a node, or the emission
@@ -78,6 +83,14 @@ pub fn read(
         }
     }
     Ok(read)
+}
+
+/// The number of morph targets of the mesh of the node with the index `node` in the file.
+fn weight_count(accessors: &Accessors<'_>, node: usize) -> usize {
+    let document = accessors.document;
+    let mesh = document.nodes[node].mesh;
+    mesh.and_then(|mesh| get(&document.meshes, mesh))
+        .map_or(0, target_count)
 }
 
 /// The property that a channel changes; `None`, with a notice in `tally`, if this property cannot be animated. `what` names
@@ -127,6 +140,9 @@ fn target(
             ("nodes", ["translation"]) => Some(Target::Translation(in_range("node", index)?)),
             ("nodes", ["rotation"]) => Some(Target::Rotation(in_range("node", index)?)),
             ("nodes", ["scale"]) => Some(Target::Scale(in_range("node", index)?)),
+            ("nodes", ["weights"]) if weight_count(accessors, in_range("node", index)?) > 0 => {
+                Some(Target::Weights(in_range("node", index)?))
+            }
             _ => {
                 tally.add(ignored, || format!("{what} ({})", quoted(&pointer.pointer)));
                 None
@@ -142,10 +158,7 @@ fn target(
         "translation" => Some(Target::Translation(node)),
         "rotation" => Some(Target::Rotation(node)),
         "scale" => Some(Target::Scale(node)),
-        "weights" => {
-            tally.add("animated morph weights are ignored", location);
-            None
-        }
+        "weights" if weight_count(accessors, node) > 0 => Some(Target::Weights(node)),
         _ => {
             tally.add(ignored, location);
             None
@@ -174,15 +187,19 @@ impl Source<'_> {
         make: impl Fn(&[f64]) -> T,
         tally: &mut Tally,
     ) -> Result<Track<T>> {
+        let track = self.unchecked(kind, make)?;
+        self.check(&track, tally)?;
+        Ok(track)
+    }
+
+    /// The same without the check of times and values.
+    fn unchecked<T>(&self, kind: (&str, usize), make: impl Fn(&[f64]) -> T) -> Result<Track<T>> {
         let samplers = &self.animation.samplers;
         let Some(sampler) = get(samplers, self.sampler) else {
             let (what, count) = (self.channel, samplers.len());
             return Err(super::out_of_range(what, "sampler", self.sampler, count));
         };
-        let what = format!(
-            "animations[{}].samplers[{}]",
-            self.animation_index, self.sampler
-        );
+        let what = self.what();
         let interpolation = match sampler.interpolation.as_deref() {
             None | Some("LINEAR") => Interpolation::Linear,
             Some("STEP") => Interpolation::Step,
@@ -199,14 +216,64 @@ impl Source<'_> {
         let output = sampler.output.ok_or_else(|| missing("output"))?;
         let times = format!("{what}.input");
         let values = format!("{what}.output");
-        let track = Track {
+        Ok(Track {
             interpolation,
             times: self.accessors.numbers(input, &times, ("SCALAR", 1), true)?,
             values: (self.accessors.numbers(output, &values, kind, false)?)
                 .chunks_exact(kind.1)
                 .map(make)
                 .collect(),
+        })
+    }
+
+    fn what(&self) -> String {
+        format!(
+            "animations[{}].samplers[{}]",
+            self.animation_index, self.sampler
+        )
+    }
+
+    /// Reads the keyframes of the weights of `count` morph targets: for each key, the sampler has one value for each target
+    /// or, for a spline, the incoming slopes of all targets, their values, and the outgoing slopes. Fails as [`Self::track`]
+    /// does.
+    fn weights(&self, count: usize, tally: &mut Tally) -> Result<Vec<Track<f64>>> {
+        let all: Track<f64> = self.unchecked(("SCALAR", 1), |v| v[0])?;
+        let stride = match all.interpolation {
+            Interpolation::CubicSpline => 3,
+            Interpolation::Step | Interpolation::Linear => 1,
         };
+        let (wanted, found) = (all.times.len() * stride * count, all.values.len());
+        if wanted != found {
+            return Err(damaged(format!(
+                "{}.output: there are {found} weights for {} keys of {count} morph targets, not {wanted}",
+                self.what(),
+                all.times.len()
+            )));
+        }
+        let of_target = |target: usize| {
+            let values = all.values.iter().skip(target).step_by(count);
+            Track {
+                interpolation: all.interpolation,
+                times: all.times.clone(),
+                values: values.copied().collect(),
+            }
+        };
+        let tracks: Vec<Track<f64>> = (0..count).map(of_target).collect();
+        match tracks.first() {
+            Some(first) => self.check(first, tally)?,
+            None => return Ok(tracks),
+        }
+        for track in &tracks[1..] {
+            self.check(track, &mut Tally::default())?;
+        }
+        Ok(tracks)
+    }
+
+    fn check<T: Keyed>(&self, track: &Track<T>, tally: &mut Tally) -> Result<()> {
+        let (times, values) = (
+            format!("{}.input", self.what()),
+            format!("{}.output", self.what()),
+        );
         let correct = "correct the keys in the modelling tool";
         track.check().map_err(|fault| match fault {
             TrackFault::Times(fault) => Error::input(format!("{times}: {fault}; {correct}")),
@@ -220,7 +287,7 @@ impl Source<'_> {
             let text = "several keys are at one time, where the value jumps to the last of them";
             tally.add(text, || times.clone());
         }
-        Ok(track)
+        Ok(())
     }
 
     /// Fails if a value of the track, which is a colour or a strength, is below 0 or above [`BRIGHTEST`] at some key.
@@ -291,6 +358,13 @@ impl Animations {
             }
             Target::EmissiveFactor(material) | Target::EmissiveStrength(material)
                 if source.accessors.document.materials[material].is_unlit() => {}
+            Target::Weights(node) => {
+                let count = weight_count(source.accessors, node);
+                let tracks = source.weights(count, tally)?;
+                if !taken(tally, self.weights.contains_key(&node)) {
+                    self.weights.insert(node, tracks);
+                }
+            }
             Target::EmissiveFactor(material) => {
                 let track = source.track(("VEC3", 3), DVec3::from_slice, tally)?;
                 source.check_emission(&track, |v| [v.min_element(), v.max_element()])?;
@@ -360,9 +434,20 @@ impl Animations {
         self.materials.remove(&material);
     }
 
+    /// Takes the keyframes of the morph weights of the node with the index `node` in the file; `None` if it has none.
+    pub fn weights_of(&mut self, node: usize) -> Option<Vec<Track<f64>>> {
+        self.weights.remove(&node)
+    }
+
+    /// True if there are keyframes for the morph weights of the node with the index `node` in the file.
+    pub fn change_weights_of(&self, node: usize) -> bool {
+        self.weights.contains_key(&node)
+    }
+
     /// The motion of the scene; `None` if nothing has keyframes. Its nodes are `placed`, the nodes of the scene, followed by
     /// `copies`: each copy of a mesh has the index of its node in `placed` and its transform to this node. `instances`,
     /// `cameras` and `lights` have one entry for each instance, camera and light of the scene: the index of its node.
+    /// `deformations` name joints by their indices in `placed`.
     pub fn motion(
         mut self,
         placed: &[Placed<'_>],
@@ -370,8 +455,9 @@ impl Animations {
         instances: Vec<Option<u32>>,
         cameras: Vec<Option<u32>>,
         lights: Vec<Option<u32>>,
+        deformations: Vec<Deformation>,
     ) -> Option<Motion> {
-        if self.nodes.is_empty() && self.materials.is_empty() {
+        if self.nodes.is_empty() && self.materials.is_empty() && deformations.is_empty() {
             return None;
         }
         let nodes = placed.iter().map(|placed_node| Node {
@@ -391,6 +477,7 @@ impl Animations {
             cameras,
             lights,
             emission: self.materials.into_values().collect(),
+            deformations,
         })
     }
 }

@@ -17,7 +17,7 @@ use draco_core::{
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// The attributes that meshes read. Other attributes, such as those of skins, are not kept.
+/// The attributes that meshes read, besides the joints and weights of skins. Other attributes are not kept.
 const READ: [&str; 6] = [
     "POSITION",
     "NORMAL",
@@ -162,7 +162,10 @@ impl<'a> Job<'a> {
         let mut lists = Lists::new();
         for (name, id) in &self.compression.attributes {
             let accessor = self.primitive.attributes.get(name);
-            let accessor = accessor.filter(|_| READ.contains(&name.as_str()));
+            let accessor = accessor.filter(|_| {
+                let of_skins = name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_");
+                of_skins || READ.contains(&name.as_str())
+            });
             let Some(accessor) = accessor.and_then(|index| get(accessors, *index)) else {
                 continue;
             };

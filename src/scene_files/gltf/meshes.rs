@@ -3,6 +3,7 @@
 
 use super::accessors::{Accessors, Elements, Kind, get};
 use super::damaged;
+use super::deformations::Deforming;
 use super::document::{Mesh as FileMesh, Primitive};
 use crate::scene::notices::{Tally, label};
 use crate::scene::{Material, Mesh, Part};
@@ -82,16 +83,23 @@ impl<'a> Meshes<'a> {
     }
 
     /// Reads the mesh `source`, which has the index `index` in the file. The result may have no triangles. Primitives that
-    /// are not supported, such as lines, are skipped with a notice in `tally`. Fails if an index, a type or a value is
+    /// are not supported, such as lines, are skipped with a notice in `tally`. `deforming` collects what deforms its vertices;
+    /// without it, skins and morph targets have no effect. Fails if an index, a type or a value is
     /// wrong.
-    pub fn read(&mut self, index: usize, source: &FileMesh, tally: &mut Tally) -> Result<Mesh> {
+    pub fn read(
+        &mut self,
+        index: usize,
+        source: &FileMesh,
+        mut deforming: Option<&mut Deforming>,
+        tally: &mut Tally,
+    ) -> Result<Mesh> {
         let mut mesh = Mesh {
             name: source.name.clone(),
             ..Mesh::default()
         };
         for (i, primitive) in source.primitives.iter().enumerate() {
             let what = format!("{} primitive {i}", label("mesh", index, &source.name));
-            self.append(&what, primitive, &mut mesh, tally)?;
+            self.append(&what, primitive, &mut mesh, deforming.as_deref_mut(), tally)?;
         }
         if !mesh.normals.is_empty() {
             // Normals of zero length are missing ones: validation makes them geometric.
@@ -117,6 +125,7 @@ impl<'a> Meshes<'a> {
         what: &str,
         primitive: &Primitive,
         mesh: &mut Mesh,
+        deforming: Option<&mut Deforming>,
         tally: &mut Tally,
     ) -> Result<()> {
         let topology = match primitive.mode {
@@ -183,8 +192,6 @@ impl<'a> Meshes<'a> {
             }
             _ => None,
         };
-        notice_ignored(what, primitive, tally);
-
         let corners = indices.as_ref().map_or(positions.count, |i| i.count);
         let count = topology.triangle_count(corners);
         if matches!(topology, Topology::List) && corners % 3 != 0 {
@@ -203,7 +210,10 @@ impl<'a> Meshes<'a> {
             uvs,
             indices,
         };
-        self.copy(&source, topology, count, mesh)?;
+        let used = self.copy(&source, topology, count, mesh)?;
+        if let Some(deforming) = deforming {
+            deforming.append(&self.accessors, what, primitive, &used, tally)?;
+        }
         mesh.parts.push(Part {
             first_triangle,
             triangle_count: index_of(what, mesh.triangles.len())? - first_triangle,
@@ -250,14 +260,14 @@ impl<'a> Meshes<'a> {
     }
 
     /// Copies the `count` triangles of a primitive to the mesh, with the vertices that they use, in the order in which
-    /// triangles first use them. Fails if a vertex index is out of range, or if a value is not finite.
+    /// triangles first use them. Returns the indices of these vertices in the primitive. Fails if a vertex index is out of range, or if a value is not finite.
     fn copy(
         &mut self,
         source: &Source,
         topology: Topology,
         count: u64,
         mesh: &mut Mesh,
-    ) -> Result<()> {
+    ) -> Result<Vec<u64>> {
         let what = source.what;
         let mut used = Vec::new();
         mesh.triangles.reserve(count as usize);
@@ -281,10 +291,10 @@ impl<'a> Meshes<'a> {
             }
             mesh.triangles.push(triangle);
         }
-        for vertex in used {
-            self.indices_in_mesh[vertex as usize] = u32::MAX;
+        for vertex in &used {
+            self.indices_in_mesh[*vertex as usize] = u32::MAX;
         }
-        Ok(())
+        Ok(used)
     }
 }
 
@@ -343,12 +353,6 @@ impl Source<'_> {
         mesh.positions
             .push(finite("position", self.positions.vector(vertex))?);
         Ok(())
-    }
-}
-
-fn notice_ignored(what: &str, primitive: &Primitive, tally: &mut Tally) {
-    if !primitive.targets.is_empty() {
-        tally.add("morph targets are ignored", || what.into());
     }
 }
 

@@ -8,6 +8,7 @@
 mod accessors;
 mod animations;
 mod buffers;
+mod deformations;
 mod document;
 mod draco;
 mod extensions;
@@ -33,6 +34,7 @@ use crate::scene::{Instance, Material, Motion, Scene};
 use crate::{Error, Result};
 use accessors::{Accessors, get};
 use buffers::Buffers;
+use deformations::Deforming;
 use materials::Uses;
 use meshes::Meshes;
 use textures::Textures;
@@ -93,6 +95,7 @@ pub(super) fn read(
     // Where in the scene each of the file's meshes is, once it has been read.
     let mut read: Vec<Option<u32>> = vec![None; document.meshes.len()];
     let mut light_nodes = Vec::new();
+    let mut deformations = Vec::new();
     for (node_index, placed_node) in (0_u32..).zip(&placed) {
         let is_shown = placed_node.is_shown;
         if let Some(light) =
@@ -123,10 +126,47 @@ pub(super) fn read(
                     document.meshes.len(),
                 ));
             };
-            if placed_node.node.skin.is_some() {
-                tally.add("skins are ignored, the mesh stands as modelled", || {
-                    placed_node.label()
+            let weights =
+                deformations::rest_weights(&document, placed_node.node, &placed_node.label())?;
+            if placed_node.node.skin.is_some()
+                || animations.change_weights_of(placed_node.index)
+                || weights.iter().any(|weight| *weight != 0.0)
+            {
+                if placed_node.node.extensions.instancing.is_some() {
+                    let text = "meshes that deform are not copied by EXT_mesh_gpu_instancing";
+                    tally.add(text, || placed_node.label());
+                }
+                // Each node deforms a mesh of its own.
+                let tracks = animations.weights_of(placed_node.index);
+                let mut deforming =
+                    Deforming::new(&accessors, placed_node, source, &placed, &mut tally)?;
+                let file_index = index as usize;
+                let mut mesh = meshes.read(file_index, source, Some(&mut deforming), &mut tally)?;
+                progress.decoded(scene.meshes.len(), document.meshes.len())?;
+                let index = scene.meshes.len();
+                // Its rest shape is repaired now, because later its vertices must keep their order.
+                let sources = mesh.prepare_to_deform(index, &scene.materials, &mut tally);
+                let world_to_object = deforming.world_to_object(&placed);
+                deformations.push(deforming.finish(
+                    index as u32,
+                    &mesh,
+                    &sources,
+                    &weights,
+                    tracks,
+                    world_to_object,
+                ));
+                scene.meshes.push(mesh);
+                let is_skinned = placed_node.node.skin.is_some();
+                instance_nodes.push((!is_skinned).then_some(node_index));
+                scene.instances.push(Instance {
+                    name: placed_node.node.name.clone(),
+                    mesh: index as u32,
+                    object_to_world: match is_skinned {
+                        true => world_to_object.inverse(),
+                        false => placed_node.to_world,
+                    },
                 });
+                continue;
             }
             let copied = instancing::transforms(&accessors, placed_node)?;
             if copied.as_ref().is_some_and(Vec::is_empty) {
@@ -136,7 +176,9 @@ pub(super) fn read(
             let mesh = match read[index] {
                 Some(mesh) => mesh,
                 None => {
-                    scene.meshes.push(meshes.read(index, source, &mut tally)?);
+                    scene
+                        .meshes
+                        .push(meshes.read(index, source, None, &mut tally)?);
                     progress.decoded(scene.meshes.len(), document.meshes.len())?;
                     scene.meshes.len() as u32 - 1
                 }
@@ -168,7 +210,14 @@ pub(super) fn read(
     cameras.sort_by_key(|(index, ..)| *index);
     let camera_nodes = cameras.iter().map(|(.., node)| Some(*node)).collect();
     scene.cameras = cameras.into_iter().map(|(_, camera, _)| camera).collect();
-    scene.motion = animations.motion(&placed, &copies, instance_nodes, camera_nodes, light_nodes);
+    scene.motion = animations.motion(
+        &placed,
+        &copies,
+        instance_nodes,
+        camera_nodes,
+        light_nodes,
+        deformations,
+    );
     // Even what never changes may be kept elsewhere by its keys than by its node.
     scene.take_pose(0.0)?;
     scene.motion = scene.motion.take().and_then(Motion::simplified);

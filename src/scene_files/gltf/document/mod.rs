@@ -9,7 +9,7 @@
 //! - normal textures have no transform;
 //! - values that the crate does not support are dropped, so that no message can quote them: types of accessors and cameras,
 //!   interpolations, alpha modes, and the path `pointer` of an animation, which Headwater supports;
-//! - files would be refused for faults in parts that Headwater ignores, such as skins.
+//! - files would be refused for faults in parts that Headwater ignores.
 
 mod compression;
 mod extensions;
@@ -32,6 +32,7 @@ pub struct Document {
     pub scene: Option<u64>,
     pub scenes: Vec<Roots>,
     pub nodes: Vec<Node>,
+    pub skins: Vec<Skin>,
     pub cameras: Vec<Camera>,
     pub meshes: Vec<Mesh>,
     pub materials: Vec<Material>,
@@ -270,11 +271,22 @@ pub struct Node {
     pub mesh: Option<u64>,
     pub camera: Option<u64>,
     pub skin: Option<u64>,
+    /// The weights of the morph targets of the node's mesh; empty if those of the mesh count.
+    pub weights: Vec<f64>,
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
     pub extensions: NodeExtensions,
+}
+
+/// A skin: the nodes that are its joints, and the accessor of one matrix for each of them, by which its meshes are bound.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub struct Skin {
+    pub name: String,
+    pub joints: Vec<u64>,
+    pub inverse_bind_matrices: Option<u64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -308,6 +320,9 @@ pub struct Mesh {
     #[serde(default)]
     pub name: String,
     pub primitives: Vec<Primitive>,
+    /// The weights of the morph targets where neither a node nor an animation states others; empty if all are 0.
+    #[serde(default)]
+    pub weights: Vec<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -317,7 +332,7 @@ pub struct Primitive {
     pub material: Option<u64>,
     pub mode: Option<u64>,
     #[serde(default)]
-    pub targets: Vec<IgnoredAny>,
+    pub targets: Vec<BTreeMap<String, u64>>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
 }
