@@ -199,7 +199,7 @@ fn a_ball_of_glass_keeps_the_light_of_a_room() {
         let mut scene = Scene::open("furnace:body=sphere").unwrap();
         scene.materials[0] = glass(Vec3::ONE, roughness, clear.clone());
         let camera = support::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 0.3);
-        let (mean, error) = measured(&scene, &camera, &preset("path-tracing"), 40, 1024);
+        let (mean, error) = measured(&scene, &camera, &preset("path-tracing"), 40, 4096);
         let allowed = 4.0 * error.x + 1e-3;
         assert!(
             mean.x <= 1.0 + allowed && mean.x >= least - allowed && allowed < 0.02,
