@@ -138,12 +138,7 @@ fn primary_surfaces_keep_their_normals() {
             surface.material_index = 0u;
             surface.instance = 7u;
             Ray ray = Ray(surface.geometric_normal, 1e30, -surface.geometric_normal);
-<<<<<<< ours
-            Hit hit;
-            ShadingPoint shading_point = unpack_shading_point(pack_sample_data(surface, hit, ray, vec3(0.0)), ray);
-=======
             ShadingPoint shading_point = unpack_shading_point(pack_sample_data(surface, no_hit(1.0), ray, vec3(0.0)), ray);
->>>>>>> theirs
             x.xyz = floatBitsToUint(shading_point.geometric_normal);
             y.xyz = floatBitsToUint(shading_point.shading_normal);",
         materials: &[bytemuck::Zeroable::zeroed()],
