@@ -87,7 +87,7 @@ macro_rules! scene_buffers {
             positions: [[Vec3; 3]] as Words; |c| c.triangles;
             /// All materials of the scene, in the order of the scene; shaders take the BSDF of a surface from them. A
             /// material names its textures by their indices in the buffer `textures`. If some material has a layer, the layers of
-            /// all materials follow ([`GpuMaterialLayers`]), which are read by `load_material_layers`.
+            /// all materials follow (`GpuMaterialLayers`), which are read by `load_material_layers`.
             materials: [GpuMaterial] as Records(GpuMaterial); |c| if c.layers { 2 * c.materials } else { c.materials };
             /// One entry for each use of an image by a material: where the texels of the image are, and how texture
             /// coordinates select them. Materials and the buffer `light_textures` name an entry by its index.
