@@ -342,6 +342,9 @@ mod tests {
             [
                 "two-sided lights",
                 "environment",
+                "clear coats",
+                "anisotropic lobes",
+                "transmission",
                 "specular textures",
                 "16-bit textures",
                 "blended lights",
