@@ -140,7 +140,8 @@ BsdfSample sample_bsdf(Bsdf bsdf, vec3 outgoing, vec4 u) {
     if (HAS_TRANSMISSION && (result.direction.z < 0.0) != selected_transmits) return result;
     vec3 f = evaluate_bsdf(bsdf, outgoing, result.direction, result.pdf_solid_angle);
     result.valid = result.pdf_solid_angle > 0.0;
-    if (result.valid) result.weight = f * (spread_cosine(result.direction.z) / result.pdf_solid_angle);
+    float spread = HAS_TRANSMISSION ? abs(result.direction.z) : result.direction.z;
+    if (result.valid) result.weight = f * (spread / result.pdf_solid_angle);
     return result;
 }
 

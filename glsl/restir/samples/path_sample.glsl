@@ -80,7 +80,8 @@ void place_vertex(inout PathSample value, uint epoch) {
     value.clearance = clearance_of(value.point.normal, value.point.error);
     value.material_index = triangle_owner(instance, value.primitive).material;
     if (VARIES) value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
-    value.layers = layers_at(value.material_index, instance, value.primitive, barycentrics, value.point);
+    // Not without layers, where the constant would take registers in every reservoir.
+    if (HAS_LAYERS) value.layers = layers_at(value.material_index, instance, value.primitive, barycentrics, value.point);
     map_normal(value.point, value.material, instance, value.primitive, barycentrics);
 }
 
@@ -101,7 +102,8 @@ float aim_at_light(inout PathSample value, uint epoch) {
 ShadingPoint vertex_shading_point(PathSample value, vec3 direction) {
     GpuMaterial material = value.material;
     if (!VARIES) material = material_at(value.material_index);
-    Layers layers = value.layers;
+    Layers layers = NO_LAYERS;
+    if (HAS_LAYERS) layers = value.layers;
     layers.inside = HAS_TRANSMISSION && dot(value.point.normal, direction) > 0.0;
     vec3 geometric_normal, shading_normal;
     face_viewer(value.point, material, layers, direction, geometric_normal, shading_normal);
@@ -264,7 +266,7 @@ void unpack_sample(PackedReservoir p, uint epoch, out PathSample value) {
             TrianglePoint point = vertex_point(value, epoch, barycentrics);
             GpuInstance instance = instance_at(value.instance, epoch);
             value.material = material_at(value.material_index, instance, value.primitive, barycentrics);
-            value.layers = layers_at(value.material_index, instance, value.primitive, barycentrics, point);
+            if (HAS_LAYERS) value.layers = layers_at(value.material_index, instance, value.primitive, barycentrics, point);
         }
     } else {
         place_vertex(value, epoch);
