@@ -329,11 +329,12 @@ fn motion_vectors_follow_the_skin() {
     assert!(worst < 0.01, "{worst}");
 }
 
-/// Nearly every pixel of a moving skin finds its history.
+/// Nearly every pixel of a moving skin finds its history. With reuse over time alone, a pixel without history has a confidence
+/// of 1.
 #[test]
 fn reservoirs_live_on_moving_skin() {
     let scene = figures(1.0);
-    let settings = Preset::named("accurate").unwrap().settings().unwrap();
+    let settings = Preset::named("fast").unwrap().settings().unwrap();
     let mut renderer = renderer(&scene, Tracer::ComputeBvh, &settings).unwrap();
     let surfaces = renderer.primary_surfaces().unwrap();
     let reservoirs = renderer.reservoir_aovs(Lighting::Direct).unwrap();
@@ -347,6 +348,20 @@ fn reservoirs_live_on_moving_skin() {
     println!("{alive} of {} pixels have a history", confidence.len());
     assert!(confidence.len() > 100);
     assert!(10 * alive >= 9 * confidence.len());
+}
+
+#[test]
+fn normals_that_do_not_turn_with_the_skin_are_seen() {
+    let fault = (
+        "scene/previous_frame.glsl",
+        "return before * (normal * now);",
+        "return vec3(0.0);",
+    );
+    let test = "figures::reservoirs_live_on_moving_skin";
+    let output = support::run_with_fault(test, fault, |command| command.arg("--nocapture"));
+    let said = String::from_utf8_lossy(&output.stdout);
+    println!("{said}");
+    assert!(!output.status.success() && said.contains("pixels have a history"));
 }
 
 mod thorough {
