@@ -238,10 +238,13 @@ fn renderer(scene: &Scene, tracer: Tracer, settings: &Settings) -> Option<Render
 /// The distances and the normals that the camera sees are those of the moment as a scene of its own.
 #[test]
 fn each_moment_is_seen_as_if_it_were_loaded_alone() {
-    let scene = figures(4.0);
+    check_seen_as_if_loaded_alone(&figures(4.0));
+}
+
+fn check_seen_as_if_loaded_alone(scene: &Scene) {
     let settings = Settings::default();
     for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
-        let Some(mut moving) = renderer(&scene, tracer, &settings) else {
+        let Some(mut moving) = renderer(scene, tracer, &settings) else {
             continue;
         };
         let still = scene.pose_at(2.0 / 24.0).unwrap();
@@ -267,6 +270,31 @@ fn each_moment_is_seen_as_if_it_were_loaded_alone() {
         let differ = differ.count();
         assert!(differ <= 2, "{tracer:?}: {differ} pixels differ");
     }
+}
+
+/// The figures, whose joints have the scale 0 at first, so that both the tube and its box are a point at time 0.
+fn figure_that_pops_in() -> Scene {
+    let mut scene = figures(4.0);
+    let motion = scene.motion.as_mut().unwrap();
+    let Transform::Fixed(at) = motion.nodes[0].transform else {
+        panic!("the first joint moves");
+    };
+    let mut root = AnimatedTransform::still(at.translation, DQuat::IDENTITY, DVec3::ONE);
+    root.scale.track = line([0.0, 1.0 / 24.0], [DVec3::ZERO, DVec3::ONE]);
+    motion.nodes[0].transform = Transform::Moving(Box::new(root));
+    let first = motion.deformations[0].mesh as usize;
+    scene.meshes[first] = Mesh {
+        positions: vec![Vec3::ZERO; scene.meshes[first].positions.len()],
+        ..scene.meshes[first].clone()
+    };
+    scene.validate().unwrap();
+    scene
+}
+
+/// A figure that grows from a point is shown in its size, not in that of the point.
+#[test]
+fn a_figure_that_grows_from_nothing_is_shown() {
+    check_seen_as_if_loaded_alone(&figure_that_pops_in());
 }
 
 /// Motion vectors of the bending tube are those of its vertices.
