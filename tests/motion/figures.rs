@@ -220,13 +220,18 @@ fn view(scene: &Scene) -> View {
 
 /// A renderer of the figures after two frames, at 1/24 s and 2/24 s.
 fn renderer(scene: &Scene, tracer: Tracer, settings: &Settings) -> Option<Renderer> {
+    renderer_at(2, scene, tracer, settings)
+}
+
+/// A renderer of the figures after the frames from 1/24 s to `last` / 24 s.
+fn renderer_at(last: u32, scene: &Scene, tracer: Tracer, settings: &Settings) -> Option<Renderer> {
     let variant = *support::variants(tracer).first()?;
     let (device, selection) = support::open_device(Some(variant));
     let view = view(scene);
     let origin = view.camera.camera_to_world.translation;
     let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
     let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, settings).unwrap();
-    for frame in 0..3 {
+    for frame in 0..=last {
         renderer.set_time(f64::from(frame) / 24.0);
         renderer.single_frame(frame).unwrap();
     }
@@ -238,16 +243,33 @@ fn renderer(scene: &Scene, tracer: Tracer, settings: &Settings) -> Option<Render
 /// The distances and the normals that the camera sees are those of the moment as a scene of its own.
 #[test]
 fn each_moment_is_seen_as_if_it_were_loaded_alone() {
-    check_seen_as_if_loaded_alone(&figures(4.0));
+    check_seen_as_if_loaded_alone(2, &figures(4.0));
 }
 
-fn check_seen_as_if_loaded_alone(scene: &Scene) {
+/// Shapes that do not change are not written again: neither while the figures are at rest, between 1/24 s and 5/24 s, nor
+/// after it.
+#[test]
+fn figures_that_come_to_rest_are_seen_as_if_they_were_loaded_alone() {
+    let mut scene = figures(24.0);
+    let motion = scene.motion.as_mut().unwrap();
+    let Transform::Moving(bend) = &mut motion.nodes[1].transform else {
+        panic!("the second joint does not move");
+    };
+    let back = bend.rotation.track.as_mut().unwrap();
+    back.times.extend([5.0 / 24.0, 7.0 / 24.0]);
+    back.values.extend([back.values[1], back.values[0]]);
+    for last in [4, 6] {
+        check_seen_as_if_loaded_alone(last, &scene);
+    }
+}
+
+fn check_seen_as_if_loaded_alone(last: u32, scene: &Scene) {
     let settings = Settings::default();
     for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
-        let Some(mut moving) = renderer(scene, tracer, &settings) else {
+        let Some(mut moving) = renderer_at(last, scene, tracer, &settings) else {
             continue;
         };
-        let still = scene.pose_at(2.0 / 24.0).unwrap();
+        let still = scene.pose_at(f64::from(last) / 24.0).unwrap();
         let mut still = renderer(&still, tracer, &settings).unwrap();
         let (seen, expected) = (
             moving.primary_surfaces().unwrap(),
@@ -294,7 +316,7 @@ fn figure_that_pops_in() -> Scene {
 /// A figure that grows from a point is shown in its size, not in that of the point.
 #[test]
 fn a_figure_that_grows_from_nothing_is_shown() {
-    check_seen_as_if_loaded_alone(&figure_that_pops_in());
+    check_seen_as_if_loaded_alone(2, &figure_that_pops_in());
 }
 
 /// Motion vectors of the bending tube are those of its vertices.
