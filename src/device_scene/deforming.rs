@@ -7,7 +7,6 @@ use super::merge_static::TracedScene;
 use super::refit::refit;
 use crate::Result;
 use crate::gpu::Buffer;
-use crate::scene::Scene;
 use crate::scene::motion::check_vertices;
 use crate::scene::motion::deformation::{Deformation, Shape, Vertices};
 use crate::shader_interface::{GpuInstance, NONE};
@@ -22,6 +21,8 @@ pub const COPIES: usize = 2;
 pub struct DeformingMesh {
     /// The index of the mesh in the traced scene (after static meshes are merged).
     pub mesh: u32,
+    /// The index of its deformation in the scene, and so of its shape in a pose.
+    pub deformation_index: usize,
     name: String,
     deformation: Deformation,
     triangles: Vec<[u32; 3]>,
@@ -56,6 +57,8 @@ pub struct ShapeBuffers<'a> {
 
 /// A mesh in one shape, as it is uploaded.
 pub struct DeformedMesh {
+    /// The values from which the shape was computed.
+    pub shape: Shape,
     /// The vertices in object space, from which emissive triangles take their corners.
     pub vertices: Vertices,
     /// The smallest and the largest stored coordinates.
@@ -67,26 +70,19 @@ pub struct DeformedMesh {
 }
 
 impl DeformingMesh {
-    /// Adds the second copy of every mesh that deforms to `geometry`, and returns these meshes in the order of the
-    /// deformations of `scene`, from which `traced` was made.
-    pub fn reserve(scene: &Scene, traced: &TracedScene<'_>, geometry: &mut Geometry) -> Vec<Self> {
-        let deformations = scene.motion.iter().flat_map(|motion| &motion.deformations);
-        let meshes = deformations.filter_map(|deformation| {
-            let shows = |id: &u32| scene.instances[*id as usize].mesh == deformation.mesh;
-            // Merged meshes have no mesh that deforms.
-            let mut instances = (traced.instance_ids.iter()).zip(&traced.scene.instances);
-            let found = instances.find(|(id, instance)| {
-                traced.part_ids[instance.mesh as usize].is_empty() && shows(id)
-            });
-            let mesh = found?.1.mesh;
-            Some(Self::reserve_one(mesh, deformation, traced, geometry))
+    /// Adds the second copy of every mesh that deforms to `geometry`, and returns these meshes in the order of the traced
+    /// scene.
+    pub fn reserve(traced: &TracedScene<'_>, geometry: &mut Geometry) -> Vec<Self> {
+        let meshes = (0..).zip(&traced.deformations);
+        let meshes = meshes.filter_map(|(mesh, deformation)| {
+            deformation.map(|deformation| Self::reserve_one(mesh, deformation, traced, geometry))
         });
         meshes.collect()
     }
 
     fn reserve_one(
         index: u32,
-        deformation: &Deformation,
+        (deformation_index, deformation): (usize, &Deformation),
         traced: &TracedScene<'_>,
         geometry: &mut Geometry,
     ) -> Self {
@@ -144,6 +140,7 @@ impl DeformingMesh {
         geometry.nodes.extend(second.placed(&nodes, 0));
         Self {
             mesh: index,
+            deformation_index,
             name: mesh.name.clone(),
             deformation: deformation.clone(),
             triangles: mesh.triangles.clone(),
@@ -186,6 +183,7 @@ impl DeformingMesh {
             }
         };
         Ok(DeformedMesh {
+            shape: shape.clone(),
             vertices,
             bounds,
             positions,

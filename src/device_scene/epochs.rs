@@ -163,12 +163,8 @@ impl MovingScene {
         let missing = |epoch: usize, time: f64| {
             (poses[kept(epoch)].time != time)
                 .then(|| {
-                    // A new pose takes the stored copies that no kept pose has.
-                    let copy = match advanced {
-                        true => 1 - poses[0].copy,
-                        false => poses[epoch].copy,
-                    };
-                    self.poser.pose_at(time, self.motion.pose(time), copy)
+                    let replaced = Some(&poses[kept(epoch)]);
+                    self.poser.pose_at(time, self.motion.pose(time), replaced)
                 })
                 .transpose()
         };
@@ -191,7 +187,7 @@ impl MovingScene {
         }))
     }
 
-    /// Writes the shapes of a new pose to the device, into the copies of the meshes that the pose is meant for.
+    /// Writes the new shapes of a pose to the device, into the copies of the meshes that the pose is meant for.
     ///
     /// # Errors
     /// The device fails.
@@ -200,10 +196,10 @@ impl MovingScene {
         self.poser.upload_shapes(pose, mesh_nodes, buffers)
     }
 
-    /// For each mesh that deforms, its index in the traced scene and the index in the buffer `positions` of the first triangle
-    /// of the copy that `pose` is meant for.
-    pub fn copies(&self, pose: &ScenePose) -> impl Iterator<Item = (u32, u32)> {
-        self.poser.copies(pose.copy)
+    /// For each mesh whose shape in `pose` is new, its index in the traced scene and the index in the buffer `positions` of the
+    /// first triangle of the copy that the pose is meant for.
+    pub fn new_copies(&self, pose: &ScenePose) -> impl Iterator<Item = (u32, u32)> {
+        self.poser.new_copies(pose)
     }
 
     /// The lights as they are in the current frame, and the time of this frame in seconds. The light BVH updates its boxes
@@ -237,3 +233,6 @@ impl MovingScene {
         (self.poses.lock()).map_err(|_| Error::failed("posing the scene failed in another thread"))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -106,8 +106,20 @@ impl Geometry {
     pub fn new(traced: &TracedScene<'_>, trees: bool) -> Self {
         let mut geometry = Self::default();
         let emitters = Emitters::new(&traced.scene, &traced.emitter_materials);
-        for (mesh, ids) in traced.scene.meshes.iter().zip(&traced.part_ids) {
-            geometry.push(mesh, ids, &traced.scene.materials, &emitters, trees);
+        for (index, mesh) in traced.scene.meshes.iter().enumerate() {
+            let ids = &traced.part_ids[index];
+            let rest = traced.deformations[index].map_or(&[][..], |(_, deformation)| {
+                deformation.rest.positions.as_slice()
+            });
+            let placing = Placing::of(&mesh.positions, rest);
+            geometry.push(
+                mesh,
+                ids,
+                placing,
+                &traced.scene.materials,
+                &emitters,
+                trees,
+            );
         }
         geometry
     }
@@ -130,21 +142,13 @@ impl Geometry {
         &mut self,
         mesh: &Mesh,
         part_ids: &[u32],
+        placing: Placing,
         materials: &[Material],
         emitters: &Emitters<'_>,
         trees: bool,
     ) {
         let (low, high) = bounds(mesh.positions.iter().copied());
-        let extent = (high - low).max_element();
-        let centre = low * 0.5 + high * 0.5;
-        // A mesh far from its own origin is translated to it, so that the precision of f32 fits its size. Other meshes
-        // keep their positions to the bit.
-        let centre = if centre.abs().max_element() > extent {
-            centre
-        } else {
-            Vec3::ZERO
-        };
-        let unit = unit_of(extent);
+        let Placing { centre, unit } = placing;
         let stored = |position: Vec3| (position - centre) / unit;
         let triangles = &mesh.triangles;
         let corners = |t: usize| triangles[t].map(|i| stored(mesh.positions[i as usize]));
@@ -232,15 +236,48 @@ impl Geometry {
     }
 }
 
+/// The point of a mesh's object space that is stored as zero, and the length that is stored as 1, in units of the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Placing {
+    centre: Vec3,
+    unit: f32,
+}
+
+impl Placing {
+    /// Chooses them for a mesh with the vertices `positions` at time 0. `rest` are the vertices of a mesh that deforms before
+    /// its deformation; empty for others.
+    fn of(positions: &[Vec3], rest: &[Vec3]) -> Self {
+        let (mut low, mut high) = bounds(positions.iter().copied());
+        if !is_ordinary((high - low).max_element()) {
+            // A mesh that deforms may be nothing at time 0 and grow later.
+            (low, high) = bounds(positions.iter().chain(rest).copied());
+        }
+        let extent = (high - low).max_element();
+        let centre = low * 0.5 + high * 0.5;
+        // A mesh far from its own origin is translated to it, so that the precision of f32 fits its size. Other meshes
+        // keep their positions to the bit.
+        let is_far = centre.abs().max_element() > extent;
+        Self {
+            centre: if is_far { centre } else { Vec3::ZERO },
+            unit: unit_of(extent),
+        }
+    }
+}
+
 /// The upper limit of the sizes of meshes that are stored without a scale, in units of the mesh; the lower
 /// limit is its reciprocal. The size of a mesh is the longest side of the box around it. Within these limits,
 /// a product of two coordinates neither exceeds the range of f32 nor is so small that it loses digits.
 const ORDINARY: f32 = (1_u64 << 40) as f32;
 
+/// True if `extent`, the longest side of the box around a mesh, is at least 1 / [`ORDINARY`] and below [`ORDINARY`].
+fn is_ordinary(extent: f32) -> bool {
+    (ORDINARY.recip()..ORDINARY).contains(&extent)
+}
+
 /// The length, in units of the mesh, that is stored as 1. It is 1 if `extent`, the longest side of the box around the mesh,
-/// is at least 1 / [`ORDINARY`] and below [`ORDINARY`]. Otherwise it is a power of two near `extent`.
+/// is ordinary. Otherwise it is a power of two near `extent`.
 fn unit_of(extent: f32) -> f32 {
-    if (ORDINARY.recip()..ORDINARY).contains(&extent) {
+    if is_ordinary(extent) {
         return 1.0;
     }
     power_of_two(extent.clamp(f32::MIN_POSITIVE, f32::MAX).into()) as f32
@@ -285,4 +322,21 @@ pub fn pack_octahedral(normal: Vec3) -> u32 {
     let quantised = (folded.clamp(-Vec2::ONE, Vec2::ONE) * 32767.0).round();
     let word = |value: f32| u32::from(value as i16 as u16);
     word(quantised.x) | word(quantised.y) << 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mesh that is nothing at time 0 is stored for the size that it has at rest; others keep their own size.
+    #[test]
+    fn a_mesh_that_grows_from_nothing_has_room() {
+        let rest = [Vec3::NEG_ONE, Vec3::ONE];
+        let stored = Placing::of(&[Vec3::ZERO; 2], &rest);
+        assert_eq!((stored.centre, stored.unit), (Vec3::ZERO, 1.0));
+        let tiny = 2.0_f32.powi(-50);
+        assert_eq!(Placing::of(&rest.map(|p| p * tiny), &[]).unit, 2.0 * tiny);
+        let far = rest.map(|p| p + Vec3::X * 100.0);
+        assert_eq!(Placing::of(&far, &rest).centre, Vec3::X * 100.0);
+    }
 }

@@ -5,6 +5,7 @@
 //! once.
 
 use super::materials::table_length;
+use crate::scene::motion::deformation::Deformation;
 use crate::scene::{Instance, Mesh, Part, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec4};
 use std::borrow::Cow;
@@ -25,6 +26,9 @@ pub struct TracedScene<'a> {
     /// One entry per material of the scene: true if it emits light at some time. The entries are computed from the original
     /// scene, because a merged `scene` lacks the motion, and thus the changes of emission with time.
     pub emitter_materials: Vec<bool>,
+    /// For each traced mesh, the index of its deformation in [`crate::scene::Motion::deformations`] and the deformation;
+    /// `None` for a mesh that keeps its shape.
+    pub deformations: Vec<Option<(usize, &'a Deformation)>>,
 }
 
 impl<'a> TracedScene<'a> {
@@ -34,8 +38,20 @@ impl<'a> TracedScene<'a> {
             instance_ids: (0..scene.instances.len() as u32).collect(),
             part_ids: vec![Vec::new(); scene.meshes.len()],
             emitter_materials: scene.emitter_materials(),
+            deformations: deformations(scene),
         }
     }
+}
+
+/// For each mesh of the scene, its deformation with its index among the scene's deformations; `None` if the mesh keeps its
+/// shape.
+fn deformations(scene: &Scene) -> Vec<Option<(usize, &Deformation)>> {
+    let mut of_mesh = vec![None; scene.meshes.len()];
+    let deformations = scene.motion.iter().flat_map(|motion| &motion.deformations);
+    for (index, deformation) in deformations.enumerate() {
+        of_mesh[deformation.mesh as usize] = Some((index, deformation));
+    }
+    of_mesh
 }
 
 /// One entry per instance: true if its mesh is merged with others, because the mesh has no other instance and neither the
@@ -46,25 +62,17 @@ fn merged_instances(scene: &Scene) -> Vec<bool> {
     for instance in &scene.instances {
         uses[instance.mesh as usize] += 1;
     }
-    let moves = |index: usize| (scene.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
-    let deforming = deforming_meshes(scene);
+    let deforming = scene.deforming_meshes();
     let merged: Vec<bool> = (scene.instances.iter().enumerate())
         .map(|(index, instance)| {
             let mesh = instance.mesh as usize;
-            uses[mesh] == 1 && !moves(index) && !deforming[mesh]
+            uses[mesh] == 1 && !scene.moves_instance(index) && !deforming[mesh]
         })
         .collect();
     if merged.iter().filter(|merged| **merged).count() < 2 {
         return vec![false; merged.len()];
     }
     merged
-}
-
-/// One entry per mesh of the scene: true if it changes its shape with time.
-fn deforming_meshes(scene: &Scene) -> Vec<bool> {
-    let count = scene.meshes.len();
-    let motion = scene.motion.as_ref();
-    motion.map_or(vec![false; count], |motion| motion.deforming_meshes(count))
 }
 
 /// The number of elements that a scene has on the device, for each kind of element. The sizes of the buffers are computed
@@ -190,7 +198,7 @@ impl ElementCounts {
             used[instance.mesh as usize] = true;
         }
         let emitter_materials = scene.emitter_materials();
-        let deforming = deforming_meshes(scene);
+        let deforming = scene.deforming_meshes();
         for (index, mesh) in scene.meshes.iter().enumerate() {
             // Merging drops meshes without instances.
             if merges && !used[index] {
@@ -249,6 +257,7 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
         ..Scene::default()
     };
     let (mut instance_ids, mut part_ids) = (Vec::new(), Vec::new());
+    let (of_mesh, mut left_deformations) = (deformations(scene), Vec::new());
     let mut mesh_index_of = vec![None; scene.meshes.len()];
     let mut merged: [(Mesh, Vec<u32>); GROUPS] = Default::default();
     for (index, instance) in scene.instances.iter().enumerate() {
@@ -262,6 +271,7 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
             let mesh_index = *mesh_index_of[instance.mesh as usize].get_or_insert_with(|| {
                 left.meshes.push(mesh.clone());
                 part_ids.push(Vec::new());
+                left_deformations.push(of_mesh[instance.mesh as usize]);
                 left.meshes.len() as u32 - 1
             });
             left.instances.push(Instance {
@@ -281,6 +291,7 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
             instance_ids.push(0);
             left.meshes.push(mesh);
             part_ids.push(ids);
+            left_deformations.push(None);
         }
     }
     TracedScene {
@@ -288,6 +299,7 @@ pub fn merge_static(scene: &Scene, origin: DVec3) -> TracedScene<'_> {
         instance_ids,
         part_ids,
         emitter_materials: scene.emitter_materials(),
+        deformations: left_deformations,
     }
 }
 

@@ -26,7 +26,7 @@ pub struct ScenePoser {
     /// looked up here. Instances with merged meshes never move, and are not in the map.
     traced_index: HashMap<u32, usize>,
     sources: LightSources,
-    /// The meshes that deform, in the order of the scene's deformations.
+    /// The meshes that deform, in the order of the traced scene.
     deforming: Vec<DeformingMesh>,
     /// For each traced instance, the index in `deforming` of its mesh; `None` if the mesh keeps its shape.
     deforms: Vec<Option<usize>>,
@@ -76,14 +76,16 @@ pub struct ScenePose {
     /// computes where points were in the previous frame.
     pub moved: Vec<(u32, DAffine3)>,
     /// The meshes that deform in their shapes at this time.
-    pub deformed: Arc<[DeformedMesh]>,
+    pub deformed: Vec<Arc<DeformedMesh>>,
     /// The index, 0 or 1, of the stored copies of these meshes that have these shapes.
     pub copy: usize,
+    /// For each mesh that deforms, true if its stored copy had another shape before this pose, so that it must be written.
+    pub is_new: Vec<bool>,
 }
 
 impl ScenePoser {
     /// Prepares a scene for posing. If `trees` is true, each pose gets a tree over the instances, which tracing in compute
-    /// needs; otherwise its tree is empty. `deforming` are the meshes that deform, in the order of the scene's deformations.
+    /// needs; otherwise its tree is empty. `deforming` are the meshes that deform, in the order of the traced scene.
     pub fn new(
         traced: &TracedScene<'_>,
         geometry: &Geometry,
@@ -159,16 +161,30 @@ impl ScenePoser {
     }
 
     /// Computes the pose of the scene at `time`, in seconds. `pose` has the transforms at this time of everything that may
-    /// move, the emission of each material whose emission changes, and the shapes of all meshes that deform. These shapes are
-    /// meant for the stored copies with the index `copy`.
+    /// move, the emission of each material whose emission changes, and the shapes of all meshes that deform. The stored copies
+    /// of `replaced` get these shapes, those with the index 0 without it; a shape that it has already is not computed again.
     ///
     /// # Errors
     /// The transform of an instance or punctual light is not finite, or moves it further from the origin of the device's
     /// coordinates than can be rendered; or a vertex of a mesh that deforms is too far away.
-    pub fn pose_at(&self, time: f64, pose: Pose, copy: usize) -> Result<ScenePose> {
-        let shapes = self.deforming.iter().zip(&pose.shapes);
-        let deformed = shapes.map(|(mesh, shape)| mesh.deformed(shape, time));
-        let deformed: Arc<[DeformedMesh]> = deformed.collect::<Result<_>>()?;
+    pub fn pose_at(
+        &self,
+        time: f64,
+        pose: Pose,
+        replaced: Option<&ScenePose>,
+    ) -> Result<ScenePose> {
+        let copy = replaced.map_or(0, |replaced| replaced.copy);
+        let (mut deformed, mut is_new) = (Vec::new(), Vec::new());
+        for (index, mesh) in self.deforming.iter().enumerate() {
+            let shape = &pose.shapes[mesh.deformation_index];
+            let stored = replaced.map(|replaced| &replaced.deformed[index]);
+            let same = stored.filter(|stored| stored.shape == *shape);
+            is_new.push(same.is_none());
+            deformed.push(match same {
+                Some(same) => same.clone(),
+                None => Arc::new(mesh.deformed(shape, time)?),
+            });
+        }
         let mut to_world: Vec<DAffine3> =
             self.instances.iter().map(|i| i.object_to_world).collect();
         let from_origin = DAffine3::from_translation(-self.units.origin);
@@ -240,6 +256,7 @@ impl ScenePoser {
             moved: pose.instances,
             deformed,
             copy,
+            is_new,
         })
     }
 
@@ -255,7 +272,7 @@ impl ScenePoser {
         other
     }
 
-    /// Writes the shapes of a pose into the copies of the meshes that the pose is meant for. `mesh_nodes` is the index in the
+    /// Writes the new shapes of a pose into the copies of the meshes that the pose is meant for. `mesh_nodes` is the index in the
     /// buffer `nodes` of the first node of the meshes' trees.
     ///
     /// # Errors
@@ -266,17 +283,23 @@ impl ScenePoser {
         mesh_nodes: u32,
         buffers: ShapeBuffers<'_>,
     ) -> Result<()> {
-        for (mesh, deformed) in self.deforming.iter().zip(&*pose.deformed) {
+        for (index, mesh) in self.newly_shaped(pose) {
+            let deformed = &pose.deformed[index];
             mesh.upload(deformed, pose.copy, mesh_nodes, buffers)?;
         }
         Ok(())
     }
 
-    /// For each mesh that deforms, its index in the traced scene and the index in the buffer `positions` of the first triangle
-    /// of the copy with the index `copy`.
-    pub fn copies(&self, copy: usize) -> impl Iterator<Item = (u32, u32)> {
-        let meshes = self.deforming.iter();
-        meshes.map(move |mesh| (mesh.mesh, mesh.first_triangle(copy)))
+    /// For each mesh whose shape in `pose` is new, its index in the traced scene and the index in the buffer `positions` of the
+    /// first triangle of the copy that the pose is meant for.
+    pub fn new_copies(&self, pose: &ScenePose) -> impl Iterator<Item = (u32, u32)> {
+        let meshes = self.newly_shaped(pose);
+        meshes.map(|(_, mesh)| (mesh.mesh, mesh.first_triangle(pose.copy)))
+    }
+
+    fn newly_shaped(&self, pose: &ScenePose) -> impl Iterator<Item = (usize, &DeformingMesh)> {
+        let meshes = self.deforming.iter().enumerate();
+        meshes.filter(|(index, _)| pose.is_new[*index])
     }
 
     /// The transform of the traced instance `index` from the stored positions of its mesh to the device's

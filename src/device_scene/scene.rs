@@ -102,11 +102,11 @@ impl GpuScene {
         let units = Units::of(scene, origin);
         let traced = timed("merging static meshes", || merge_static(scene, origin));
         let mut geometry = timed("building trees", || Geometry::new(&traced, trees));
-        let deforming = DeformingMesh::reserve(scene, &traced, &mut geometry);
+        let deforming = DeformingMesh::reserve(&traced, &mut geometry);
         let motion = scene.motion.as_ref().filter(|motion| motion.moves_things());
         let mut poser = ScenePoser::new(&traced, &geometry, deforming, units, trees);
         let start = motion.map_or_else(Pose::default, |motion| motion.pose(0.0));
-        let pose = poser.pose_at(0.0, start, 0)?;
+        let pose = poser.pose_at(0.0, start, None)?;
         // One group per level, and two more where a ray enters an instance.
         let levels = |top: u32| (top + geometry.depth + 2).next_multiple_of(8);
         let mut stack_size = levels(pose.top.depth);
@@ -199,13 +199,13 @@ impl GpuScene {
         })
     }
 
-    /// Updates the instances and lights on the device to their state at the time `now` and, for passes that use the previous
-    /// frame, to their state at the time `before`, both in seconds. Does nothing if no instance and no light changes with
-    /// time, or if the device has both states already.
+    /// Updates the instances, lights and shapes of meshes on the device to their state at the time `now` and, for passes that
+    /// use the previous frame, to their state at the time `before`, both in seconds. A shape that a stored copy has already is
+    /// not written again. Does nothing if nothing but cameras changes with time, or if the device has both states already.
     ///
     /// # Errors
-    /// At one of the times, something is further from the origin of the device's coordinates than can be rendered. Or the
-    /// device cannot be updated.
+    /// At one of the times, something is further from the origin of the device's coordinates than can be rendered, or has a
+    /// transform that is not finite. Or the device cannot be updated.
     pub fn set_pose(&self, now: f64, before: f64) -> Result<()> {
         let Some(moving) = &self.moving else {
             return Ok(());
@@ -223,7 +223,7 @@ impl GpuScene {
             };
             moving.upload_shapes(pose, buffers)?;
             if let Some(scene) = &self.ray_query {
-                scene.rebuild_meshes(&self.buffers.positions, moving.copies(pose))?;
+                scene.rebuild_meshes(&self.buffers.positions, moving.new_copies(pose))?;
             }
         }
         self.buffers.instances.write(&epochs.instances)?;

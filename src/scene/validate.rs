@@ -96,7 +96,7 @@ impl Mesh {
 impl Scene {
     /// Checks the scene and repairs small faults: clamps base colours and vertex colours to [0, 1], makes normals and
     /// tangents unit vectors, computes missing ones, and removes triangles without area, unused vertices, flat instances
-    /// that do not move, and meshes without triangles. Later instances and meshes then get new indices. Notices report these
+    /// that do not move, meshes without triangles, and deformations of meshes without an instance. Later instances and meshes then get new indices. Notices report these
     /// changes, except small corrections of normals and changes of tangents and unused vertices. A second check changes
     /// nothing, and an empty scene is valid.
     ///
@@ -116,10 +116,8 @@ impl Scene {
             motion.check(counts)?;
             motion.check_deformations(&self.meshes)?;
         }
-        let meshes = self.meshes.len();
-        let deforming = (self.motion.as_ref()).map_or(vec![false; meshes], |motion| {
-            motion.deforming_meshes(meshes)
-        });
+        self.drop_unseen_deformations();
+        let deforming = self.deforming_meshes();
         for (index, material) in self.materials.iter_mut().enumerate() {
             check_material(index, material, &mut tally)?;
             check_textures(index, material, &self.images)?;
@@ -149,6 +147,7 @@ impl Scene {
     fn check_instances(&mut self, tally: &mut Tally) -> Result<()> {
         let boxes: Vec<Option<Bounds>> = self.meshes.iter().map(Mesh::bounds).collect();
         let mut flat = vec![false; self.instances.len()];
+        let deforming = self.deforming_meshes();
         let mut any_moves = false;
         for (index, instance) in self.instances.iter().enumerate() {
             let what = label("instance", index, &instance.name);
@@ -165,10 +164,8 @@ impl Scene {
                 bounds.as_ref(),
                 LARGEST_COORDINATE,
             )?;
-            // A moving instance may be flat at some times.
-            let moves = (self.motion.as_ref()).is_some_and(|m| m.moves_instance(index));
-            any_moves |= moves;
-            flat[index] = !moves && is_singular(instance.object_to_world.matrix3);
+            any_moves |= self.moves_instance(index) || deforming[instance.mesh as usize];
+            flat[index] = self.stays_flat(index);
             if flat[index] {
                 tally.add(
                     "flat instances (a scale of 0, or axes in one plane) are skipped",
@@ -223,6 +220,26 @@ impl Scene {
             }
             None => false,
         });
+    }
+
+    /// True if the instance is flat at all times. A moving instance may be flat at some times only.
+    fn stays_flat(&self, index: usize) -> bool {
+        !self.moves_instance(index) && is_singular(self.instances[index].object_to_world.matrix3)
+    }
+
+    /// Removes the deformations of meshes that no instance shows. These meshes keep their shape.
+    fn drop_unseen_deformations(&mut self) {
+        let mut shown = vec![false; self.meshes.len()];
+        for (index, instance) in self.instances.iter().enumerate() {
+            // Its index is checked later.
+            if let Some(shown) = shown.get_mut(instance.mesh as usize) {
+                *shown |= !self.stays_flat(index);
+            }
+        }
+        if let Some(motion) = &mut self.motion {
+            let deformations = &mut motion.deformations;
+            deformations.retain(|deformation| shown[deformation.mesh as usize]);
+        }
     }
 
     /// Removes the instances for which `keep` returns false, and their entries in [`super::Motion::instances`]. `keep` is

@@ -312,3 +312,41 @@ fn targets_without_weight_change_nothing() {
     assert_eq!((scene.meshes.len(), scene.instances.len()), (1, 2));
     assert_eq!(scene.meshes[0].positions[1], Vec3::X);
 }
+
+/// A mesh that no instance shows has no deformation: here its node is flat. The deformation of the skin is then the first.
+#[test]
+fn deformations_of_flat_nodes_are_left_out() {
+    let mut file = skinned(1.0);
+    let up = file.add_vectors(&[[0.0, 0.0, 1.0]; 3]);
+    let times = add_floats(&mut file, "SCALAR", 1, &[0.0, 2.0]);
+    let weights = add_floats(&mut file, "SCALAR", 1, &[0.0, 1.0]);
+    let half = 0.6_f32;
+    let turn = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half.sin(), half.cos()];
+    let turns = add_floats(&mut file, "VEC4", 4, &turn);
+    file.json["meshes"].as_array_mut().unwrap().push(json!({
+        "primitives": [{
+            "attributes": { "POSITION": 0, "NORMAL": 1 }, "indices": 2, "material": 0,
+            "targets": [{ "POSITION": up }],
+        }],
+    }));
+    let nodes = file.json["nodes"].as_array_mut().unwrap();
+    nodes.push(json!({ "name": "flat", "mesh": 1, "scale": [0, 0, 0] }));
+    // The flat node comes before that of the skin.
+    file.json["scenes"][0]["nodes"] = json!([4, 0, 1, 2]);
+    file.json["animations"] = json!([{
+        "samplers": [{ "input": times, "output": weights }, { "input": times, "output": turns }],
+        "channels": [
+            { "sampler": 0, "target": { "node": 4, "path": "weights" } },
+            { "sampler": 1, "target": { "node": 3, "path": "rotation" } },
+        ],
+    }]);
+    let mut scene = load(&file);
+    assert_eq!((scene.meshes.len(), scene.instances.len()), (2, 1));
+    let motion = scene.motion.as_ref().unwrap();
+    let deforming: Vec<u32> = motion.deformations.iter().map(|d| d.mesh).collect();
+    assert_eq!(deforming, [scene.instances[0].mesh]);
+    assert_near(shown(&scene.pose_at(1.0).unwrap()).0, twin(1.0, 0.6));
+    let before = scene.content_hash();
+    scene.validate().unwrap();
+    assert_eq!(scene.content_hash(), before);
+}

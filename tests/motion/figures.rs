@@ -220,13 +220,18 @@ fn view(scene: &Scene) -> View {
 
 /// A renderer of the figures after two frames, at 1/24 s and 2/24 s.
 fn renderer(scene: &Scene, tracer: Tracer, settings: &Settings) -> Option<Renderer> {
+    renderer_at(2, scene, tracer, settings)
+}
+
+/// A renderer of the figures after the frames from 1/24 s to `last` / 24 s.
+fn renderer_at(last: u32, scene: &Scene, tracer: Tracer, settings: &Settings) -> Option<Renderer> {
     let variant = *support::variants(tracer).first()?;
     let (device, selection) = support::open_device(Some(variant));
     let view = view(scene);
     let origin = view.camera.camera_to_world.translation;
     let uploaded = GpuScene::new(&device, scene, origin, selection.variant).unwrap();
     let mut renderer = Renderer::new(&device, Arc::new(uploaded), &view, settings).unwrap();
-    for frame in 0..3 {
+    for frame in 0..=last {
         renderer.set_time(f64::from(frame) / 24.0);
         renderer.single_frame(frame).unwrap();
     }
@@ -238,13 +243,33 @@ fn renderer(scene: &Scene, tracer: Tracer, settings: &Settings) -> Option<Render
 /// The distances and the normals that the camera sees are those of the moment as a scene of its own.
 #[test]
 fn each_moment_is_seen_as_if_it_were_loaded_alone() {
-    let scene = figures(4.0);
+    check_seen_as_if_loaded_alone(2, &figures(4.0));
+}
+
+/// Shapes that do not change are not written again: neither while the figures are at rest, between 1/24 s and 5/24 s, nor
+/// after it.
+#[test]
+fn figures_that_come_to_rest_are_seen_as_if_they_were_loaded_alone() {
+    let mut scene = figures(24.0);
+    let motion = scene.motion.as_mut().unwrap();
+    let Transform::Moving(bend) = &mut motion.nodes[1].transform else {
+        panic!("the second joint does not move");
+    };
+    let back = bend.rotation.track.as_mut().unwrap();
+    back.times.extend([5.0 / 24.0, 7.0 / 24.0]);
+    back.values.extend([back.values[1], back.values[0]]);
+    for last in [4, 6] {
+        check_seen_as_if_loaded_alone(last, &scene);
+    }
+}
+
+fn check_seen_as_if_loaded_alone(last: u32, scene: &Scene) {
     let settings = Settings::default();
     for tracer in [Tracer::ComputeBvh, Tracer::RayQuery] {
-        let Some(mut moving) = renderer(&scene, tracer, &settings) else {
+        let Some(mut moving) = renderer_at(last, scene, tracer, &settings) else {
             continue;
         };
-        let still = scene.pose_at(2.0 / 24.0).unwrap();
+        let still = scene.pose_at(f64::from(last) / 24.0).unwrap();
         let mut still = renderer(&still, tracer, &settings).unwrap();
         let (seen, expected) = (
             moving.primary_surfaces().unwrap(),
@@ -267,6 +292,31 @@ fn each_moment_is_seen_as_if_it_were_loaded_alone() {
         let differ = differ.count();
         assert!(differ <= 2, "{tracer:?}: {differ} pixels differ");
     }
+}
+
+/// The figures, whose joints have the scale 0 at first, so that both the tube and its box are a point at time 0.
+fn figure_that_pops_in() -> Scene {
+    let mut scene = figures(4.0);
+    let motion = scene.motion.as_mut().unwrap();
+    let Transform::Fixed(at) = motion.nodes[0].transform else {
+        panic!("the first joint moves");
+    };
+    let mut root = AnimatedTransform::still(at.translation, DQuat::IDENTITY, DVec3::ONE);
+    root.scale.track = line([0.0, 1.0 / 24.0], [DVec3::ZERO, DVec3::ONE]);
+    motion.nodes[0].transform = Transform::Moving(Box::new(root));
+    let first = motion.deformations[0].mesh as usize;
+    scene.meshes[first] = Mesh {
+        positions: vec![Vec3::ZERO; scene.meshes[first].positions.len()],
+        ..scene.meshes[first].clone()
+    };
+    scene.validate().unwrap();
+    scene
+}
+
+/// A figure that grows from a point is shown in its size, not in that of the point.
+#[test]
+fn a_figure_that_grows_from_nothing_is_shown() {
+    check_seen_as_if_loaded_alone(2, &figure_that_pops_in());
 }
 
 /// Motion vectors of the bending tube are those of its vertices.
@@ -329,11 +379,12 @@ fn motion_vectors_follow_the_skin() {
     assert!(worst < 0.01, "{worst}");
 }
 
-/// Nearly every pixel of a moving skin finds its history.
+/// Nearly every pixel of a moving skin finds its history. With reuse over time alone, a pixel without history has a confidence
+/// of 1.
 #[test]
 fn reservoirs_live_on_moving_skin() {
     let scene = figures(1.0);
-    let settings = Preset::named("accurate").unwrap().settings().unwrap();
+    let settings = Preset::named("fast").unwrap().settings().unwrap();
     let mut renderer = renderer(&scene, Tracer::ComputeBvh, &settings).unwrap();
     let surfaces = renderer.primary_surfaces().unwrap();
     let reservoirs = renderer.reservoir_aovs(Lighting::Direct).unwrap();
@@ -347,6 +398,20 @@ fn reservoirs_live_on_moving_skin() {
     println!("{alive} of {} pixels have a history", confidence.len());
     assert!(confidence.len() > 100);
     assert!(10 * alive >= 9 * confidence.len());
+}
+
+#[test]
+fn normals_that_do_not_turn_with_the_skin_are_seen() {
+    let fault = (
+        "scene/previous_frame.glsl",
+        "return before * (normal * now);",
+        "return vec3(0.0);",
+    );
+    let test = "figures::reservoirs_live_on_moving_skin";
+    let output = support::run_with_fault(test, fault, |command| command.arg("--nocapture"));
+    let said = String::from_utf8_lossy(&output.stdout);
+    println!("{said}");
+    assert!(!output.status.success() && said.contains("pixels have a history"));
 }
 
 mod thorough {

@@ -7,6 +7,8 @@ use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// The changing shape of one mesh. The mesh itself has the shape at time 0, this type has the rest shape and what deforms it.
+/// Validation checks both, but repairs neither: its vertices must keep their order. So the maker of a deformation gives unit
+/// normals and tangents and triangles with an area, as the loader of glTF files does.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Deformation {
     /// Index into [`crate::scene::Scene::meshes`]: the mesh that changes its shape. Its triangles stay the same.
@@ -26,7 +28,7 @@ pub struct Vertices {
     pub positions: Vec<Vec3>,
     /// Unit normals in object space.
     pub normals: Vec<Vec3>,
-    /// Unit tangents in object space; w is the sign of the bitangent, which no deformation changes.
+    /// Unit tangents in object space; w is the sign of the bitangent.
     pub tangents: Vec<Vec4>,
 }
 
@@ -120,6 +122,7 @@ impl Deformation {
         let mut position = rest.positions[vertex].as_dvec3();
         let mut normal = rest.normals.get(vertex).map(|normal| normal.as_dvec3());
         let tangent = rest.tangents.get(vertex);
+        let mut mirrors = false;
         let mut along = tangent.map(|tangent| tangent.truncate().as_dvec3());
         for (target, weight) in self.targets.iter().zip(&shape.weights) {
             let offset = |offsets: &[Vec3]| {
@@ -136,14 +139,17 @@ impl Deformation {
             let of_normals = normal_matrix(matrix.matrix3);
             normal = normal.map(|normal| of_normals * normal);
             along = along.map(|along| matrix.matrix3 * along);
+            // The bitangent is moved too, not mirrored as the cross product would be.
+            mirrors = matrix.matrix3.determinant() < 0.0;
         }
         let unit = |v: DVec3, rest: Vec3| v.try_normalize().map_or(rest, |v| v.as_vec3());
         (
             position.as_vec3(),
             normal.map(|normal| unit(normal, rest.normals[vertex])),
-            tangent
-                .zip(along)
-                .map(|(tangent, along)| unit(along, tangent.truncate()).extend(tangent.w)),
+            tangent.zip(along).map(|(tangent, along)| {
+                let w = if mirrors { -tangent.w } else { tangent.w };
+                unit(along, tangent.truncate()).extend(w)
+            }),
         )
     }
 
@@ -292,6 +298,31 @@ mod tests {
                 None => assert_eq!(fault, None),
                 Some(expected) => assert!(fault.unwrap().contains(expected)),
             }
+        }
+    }
+
+    /// A joint that mirrors moves the bitangent, which the normal, the tangent and its sign give.
+    #[test]
+    fn bitangents_follow_mirrors() {
+        let mut deformation = skinned();
+        deformation.rest.tangents = vec![Vec4::new(1.0, 0.0, 0.0, -1.0); 3];
+        let bitangent = |vertices: &Vertices| {
+            let tangent = vertices.tangents[0];
+            tangent.w * vertices.normals[0].cross(tangent.truncate())
+        };
+        let rest = bitangent(&deformation.rest).as_dvec3();
+        for scale in [
+            DVec3::ONE,
+            DVec3::new(-1.0, 1.0, 1.0),
+            DVec3::new(1.0, -1.0, 1.0),
+            DVec3::new(1.0, 1.0, -1.0),
+            DVec3::NEG_ONE,
+        ] {
+            let matrix = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(scale);
+            let shape = deformation.shape(0.0, &[matrix]);
+            let moved = bitangent(&deformation.deform(&shape)).as_dvec3();
+            let off = moved - matrix.matrix3 * rest;
+            assert!(off.length() < 1e-6, "{scale}: {off}");
         }
     }
 

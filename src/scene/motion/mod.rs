@@ -1,5 +1,5 @@
 //! The motion of a scene: a tree of nodes, whose transforms can change with time by keyframes. Instances, cameras and lights
-//! that move are attached to nodes. From the motion the renderer computes a [`Pose`], the state of all that moves, for the
+//! that move are attached to nodes, and the joints of meshes that deform are nodes. From the motion the renderer computes a [`Pose`], the state of all that moves, for the
 //! time of each frame.
 
 pub mod deformation;
@@ -10,15 +10,15 @@ pub mod tracks;
 pub use moving_camera::MovingCamera;
 pub use pose::{Pose, check_light_transform, check_transform, check_vertices, is_flat};
 
-use super::Mesh;
 use super::validate::BRIGHTEST;
+use super::{Mesh, Scene};
 use crate::{Error, Result};
 use deformation::Deformation;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use tracks::{Animated, Keyed, TrackFault};
 
-/// The changes of a scene with time: moving instances, cameras and lights, and animated emission. [`Motion::pose`] computes
-/// their state at any time. The other fields of the scene hold the state at time 0.
+/// The changes of a scene with time: moving instances, cameras and lights, animated emission, and meshes that change their
+/// shape. [`Motion::pose`] computes their state at any time. The other fields of the scene hold the state at time 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// The nodes of the tree of transforms by which instances, cameras and lights move. Each node comes after its parent, so
@@ -155,15 +155,6 @@ impl Motion {
         !self.emission.is_empty() || !self.deformations.is_empty() || attached.any(Option::is_some)
     }
 
-    /// One entry for each of the `count` meshes of the scene: true if the mesh changes its shape with time.
-    pub fn deforming_meshes(&self, count: usize) -> Vec<bool> {
-        let mut deforming = vec![false; count];
-        for deformation in &self.deformations {
-            deforming[deformation.mesh as usize] = true;
-        }
-        deforming
-    }
-
     /// True if the instance with the index `index` in the scene is attached to a node, so that it moves at some time. Such
     /// an instance is never merged with others, and is kept even if it is flat now, because it may not be flat later.
     pub fn moves_instance(&self, index: usize) -> bool {
@@ -289,6 +280,22 @@ impl Motion {
             check_track(&format!("{what}, strength"), &emission.strength)?;
         }
         Ok(())
+    }
+}
+
+impl Scene {
+    /// As [`Motion::moves_instance`]; false without motion.
+    pub(crate) fn moves_instance(&self, index: usize) -> bool {
+        (self.motion.as_ref()).is_some_and(|motion| motion.moves_instance(index))
+    }
+
+    /// One entry for each mesh of the scene: true if the mesh changes its shape with time.
+    pub(crate) fn deforming_meshes(&self) -> Vec<bool> {
+        let mut deforming = vec![false; self.meshes.len()];
+        for deformation in self.motion.iter().flat_map(|motion| &motion.deformations) {
+            deforming[deformation.mesh as usize] = true;
+        }
+        deforming
     }
 }
 

@@ -31,7 +31,7 @@ pub struct Pose {
 
 impl Motion {
     /// Computes the pose at `time` (in seconds): the transforms of all instances, cameras and lights that
-    /// move, and the emissions that change. The renderer draws a frame in the pose at the frame's time.
+    /// move, the emissions that change, and the shapes of the meshes that deform. The renderer draws a frame in the pose at the frame's time.
     pub fn pose(&self, time: f64) -> Pose {
         let mut to_world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -67,12 +67,12 @@ impl Motion {
 }
 
 impl Scene {
-    /// A copy of the scene without motion, in its state at `time` (in seconds). It is rendered like a scene in which nothing
-    /// moves.
+    /// A copy of the scene without motion, in its state at `time` (in seconds): meshes that deform have their shape at that
+    /// time. It is rendered like a scene in which nothing moves.
     ///
     /// # Errors
-    /// At that time the transform of an instance, a punctual light or a camera is not finite; an instance or a light has a
-    /// coordinate above [`LARGEST_COORDINATE`]; or a camera has a scale of 0 or its axes in one plane, so that it has no
+    /// At that time the transform of an instance, a punctual light or a camera is not finite; an instance, a light or a vertex
+    /// of a mesh that deforms has a coordinate above [`LARGEST_COORDINATE`]; or a camera has a scale of 0 or its axes in one plane, so that it has no
     /// direction.
     pub fn pose_at(&self, time: f64) -> Result<Self> {
         let mut still = self.clone();
@@ -102,9 +102,9 @@ impl Scene {
         Ok(camera)
     }
 
-    /// Sets the scene to its state at `time` (in seconds): the transforms of instances, cameras and lights, and the emission
-    /// of materials. A scene without motion stays unchanged. Fails if a transform is not finite, if an instance or a light
-    /// is too far from the origin, or if a camera has no direction. After an error, some elements may already be changed.
+    /// Sets the scene to its state at `time` (in seconds): the transforms of instances, cameras and lights, the emission of
+    /// materials, and the shapes of meshes that deform. A scene without motion stays unchanged. Fails if a transform is not
+    /// finite, if an instance, a light or a vertex of a mesh that deforms is too far from the origin, or if a camera has no direction. After an error, some elements may already be changed.
     pub(crate) fn take_pose(&mut self, time: f64) -> Result<()> {
         let Some(motion) = &self.motion else {
             return Ok(());

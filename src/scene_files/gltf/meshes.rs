@@ -45,8 +45,9 @@ pub struct Meshes<'a> {
     /// the mesh: the number of the set in the file, and true if a texture of the material uses the set. Unused sets are not
     /// read.
     sets: Vec<[(u64, bool); 2]>,
-    /// One entry for each material of the file: true if it has a normal map. Tangents are read only for triangles with such
-    /// a material.
+    /// One entry for each material of the file: the set of texture coordinates, 0 or 1, whose u is the direction of the
+    /// tangents that it needs, as [`Material::tangent_set`] says; `None` if it needs none. Tangents are read only for
+    /// triangles with a material that needs them.
     tangent_sets: Vec<Option<usize>>,
     /// For the first and the second set of texture coordinates: true if a material of the mesh that is being read uses the
     /// set. The mesh then gets coordinates for all its vertices, 0 where the file has none.
