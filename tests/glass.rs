@@ -300,7 +300,8 @@ name = "glass"
         );
     }
 
-    /// Light samples below a rough sheet see what is behind it.
+    /// Radiance grows with the squared index of its medium. Rays that leave the glass around the camera lack the factor in their
+    /// weight, while the BSDF that is evaluated for them has it.
     #[test]
     fn a_missing_squared_index_in_one_estimator_is_found() {
         assert_found(
@@ -308,7 +309,7 @@ name = "glass"
             (
                 "restir/samples/pilot.glsl",
                 "if (HAS_TRANSMISSION) chosen.weight *= shading_point.passed_to_viewer;",
-                "if (HAS_TRANSMISSION) chosen.weight *= chosen.direction.z < 0.0 ? 1.0 / 2.25 : 1.0;",
+                "chosen.weight *= shading_point.passed_to_viewer * (chosen.direction.z < 0.0 ? 1.0 / 2.25 : 1.0);",
             ),
         );
     }
