@@ -47,7 +47,6 @@ fn volume() -> Volume {
         thickness: 1.0,
         attenuation_distance: 1.0,
         attenuation_color: ATTENUATION,
-        ..Volume::default()
     }
 }
 

@@ -311,7 +311,6 @@ mod tests {
             thickness: 1.0,
             attenuation_distance: 2.0,
             attenuation_color: Vec3::new(0.5, 1.0, 0.0),
-            ..Volume::default()
         };
         // A unit of 4: two scene units are half of it.
         let absorption = gpu_layers(&material, 4.0, |_| NONE).absorption;
