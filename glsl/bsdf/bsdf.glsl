@@ -32,7 +32,7 @@ Bsdf make_bsdf(GpuMaterial material, Layers layers, vec3 outgoing) {
     float cosine_out = max(outgoing.z, 0.0);
 #define LOBE_MAKE(TYPE, NAME, DELTA) make_lobe(material, layers, outgoing, bsdf.NAME);
     BSDF_LOBES(LOBE_MAKE)
-    // What the lobes from one to the bottom are expected to reflect; `left` begins with the sum over all.
+    // `left` is the light that the lobes from one to the bottom are expected to reflect; it begins with the sum over all.
     float left = 0.0, below = 1.0;
     uint reflecting = 0u, index = 0u;
 #define LOBE_EXPECT(TYPE, NAME, DELTA) \
@@ -161,7 +161,7 @@ vec3 matte_albedo_of(Bsdf bsdf, float cosine) {
     vec3 sum = vec3(0.0);
     float below = 1.0;
 #define LOBE_MATTE(TYPE, NAME, DELTA) \
-    if (alpha_of(bsdf.NAME) == 1.0 && !transmits(bsdf.NAME)) sum += albedo(bsdf.NAME, below, cosine); \
+    if (is_matte(bsdf.NAME)) sum += albedo(bsdf.NAME, below, cosine); \
     below *= passes(bsdf.NAME, cosine);
     BSDF_LOBES(LOBE_MATTE)
     return sum;

@@ -7,7 +7,7 @@
 // reciprocal. What a rough coat loses, because only single scattering is modelled, is not compensated.
 #include "bsdf/microfacets.glsl"
 
-// True if the coat may have another normal than the surface below. A scene in which it has names its surfaces.
+// True if the coat may have another normal than the surface below. Scenes in which it may have SURFACES_NAMED.
 const bool HAS_COAT_NORMALS = HAS_COAT && HAS_NORMAL_MAPS && SURFACES_NAMED;
 
 struct CoatLobe {
@@ -73,6 +73,8 @@ vec3 draw(CoatLobe lobe, vec3 outgoing, vec2 u) {
 vec3 albedo(CoatLobe lobe, float below, float cosine) { return HAS_COAT ? vec3(lobe.reflectance * below) : vec3(0.0); }
 
 float alpha_of(CoatLobe lobe) { return lobe.alpha; }
+
+bool is_matte(CoatLobe lobe) { return false; }
 
 vec3 reflect_delta(CoatLobe lobe, float below, vec3 outgoing, out vec3 direction) {
     direction = reflect(-outgoing, lobe.normal);

@@ -36,6 +36,8 @@ vec3 albedo(DiffuseLobe lobe, float below, float cosine) { return lobe.color * b
 
 float alpha_of(DiffuseLobe lobe) { return 1.0; }
 
+bool is_matte(DiffuseLobe lobe) { return true; }
+
 vec3 reflect_delta(DiffuseLobe lobe, float below, vec3 outgoing, out vec3 direction) {
     direction = vec3(0.0);
     return vec3(0.0);

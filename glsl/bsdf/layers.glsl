@@ -9,8 +9,8 @@ struct Layers {
     // The fraction of the surface that is coated; 0 = no coat.
     float coat;
     float coat_roughness;
-    // Unit normal of the coat; the BSDF is made from it in the shading frame. Unused without HAS_NORMAL_MAPS, where it is the
-    // shading normal.
+    // Unit normal of the coat; the BSDF is made from it in the shading frame. Unused without HAS_COAT_NORMALS: then the coat has
+    // the shading normal.
     vec3 coat_normal;
     // Strength of the anisotropy; 0 = none.
     float anisotropy;
@@ -24,11 +24,10 @@ struct Layers {
     bool has_volume;
     // Absorption coefficient of the volume, per unit of length.
     vec3 absorption;
-    float dispersion;
     // True if the viewer is on the back of the surface, where its volume is. No property of a material: whoever knows the viewer
     // sets it.
     bool inside;
 };
 
 // A surface without layers.
-const Layers NO_LAYERS = Layers(0.0, 0.0, vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0, 1.5, false, vec3(0.0), 0.0, false);
+const Layers NO_LAYERS = Layers(0.0, 0.0, vec3(0.0, 0.0, 1.0), 0.0, vec3(0.0), 0.0, 1.5, false, vec3(0.0), false);

@@ -16,6 +16,7 @@
 //   draw(lobe, outgoing, u)               a direction with that density
 //   albedo(lobe, below, cosine)           the fraction of light that it reflects
 //   alpha_of(lobe)                        GGX width of a specular lobe; 0 = a delta lobe, 1 for lobes that are no peak
+//   is_matte(lobe)                        true for a lobe of reflection that is no peak and reflects by the material's colour
 //   reflect_delta(lobe, below, outgoing, direction)
 //                                         of a delta lobe: its direction, and the reflectance
 //   summarise(lobe, below, cosine, summary)

@@ -26,8 +26,8 @@ struct SpecularLobe {
     // Energy compensation of both parts; 1 without.
     vec3 dielectric_scale;
     vec3 metal_scale;
-    // Of the boundary of a volume, the index of refraction beyond it, relative to that of the viewer's side: the dielectric then
-    // has the exact Fresnel term, and no compensation. 0 of other surfaces.
+    // At the boundary of a volume, the index of refraction beyond it, relative to that of the viewer's side: the dielectric then
+    // has the exact Fresnel term, and no compensation. 0 for other surfaces.
     float index;
     // With compensation, the fraction that the dielectric part leaves to the lobes below; unused without.
     float passes;
@@ -140,6 +140,8 @@ vec3 draw(SpecularLobe lobe, vec3 outgoing, vec2 u) {
 vec3 albedo(SpecularLobe lobe, float below, float cosine) { return fresnel(lobe, cosine) * below; }
 
 float alpha_of(SpecularLobe lobe) { return lobe.alpha; }
+
+bool is_matte(SpecularLobe lobe) { return lobe.alpha == 1.0; }
 
 vec3 reflect_delta(SpecularLobe lobe, float below, vec3 outgoing, out vec3 direction) {
     direction = vec3(-outgoing.xy, outgoing.z);

@@ -18,8 +18,8 @@ struct TransmissionLobe {
     float alpha;
 };
 
-// A volume whose index differs from 1 by less bends no direction: roughness would spread its light by less than the rounding of
-// half vectors.
+// The least difference from 1 of the index of a volume that bends directions. With a smaller one, roughness would spread its light
+// by less than the rounding of half vectors.
 const float LEAST_BENDING = 0.01;
 
 void make_lobe(GpuMaterial material, Layers layers, vec3 outgoing, out TransmissionLobe lobe) {
@@ -75,6 +75,8 @@ vec3 draw(TransmissionLobe lobe, vec3 outgoing, vec2 u) {
 vec3 albedo(TransmissionLobe lobe, float below, float cosine) { return HAS_TRANSMISSION ? lobe.color * below : vec3(0.0); }
 
 float alpha_of(TransmissionLobe lobe) { return lobe.alpha; }
+
+bool is_matte(TransmissionLobe lobe) { return false; }
 
 vec3 reflect_delta(TransmissionLobe lobe, float below, vec3 outgoing, out vec3 direction) {
     direction = lobe.index == 1.0 ? -outgoing : refracted(outgoing, vec3(0.0, 0.0, 1.0), lobe.index);

@@ -223,7 +223,7 @@ void main() {
             purpose = RAY_NONE;
             continue;
         }
-        // What a surface emits knows no medium that only the surface knows.
+        // Emitted light knows no medium that only the surface knows.
         if (HAS_TRANSMISSION && !is_medium(path.medium) && surface.layers.inside) {
             path.throughput *= passed_light(medium_behind(surface.layers), path.passed + hit.t);
         }

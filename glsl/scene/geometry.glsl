@@ -29,7 +29,7 @@ Layers layers_at(uint index) {
     if (!HAS_LAYERS) return NO_LAYERS;
     GpuMaterialLayers found = load_material_layers(scene.at.material_count + index);
     return Layers(found.coat, found.coat_roughness, vec3(0.0, 0.0, 1.0), found.anisotropy, vec3(0.0), found.transmission,
-                  found.ior, found.absorption.x >= 0.0, max(found.absorption, vec3(0.0)), found.dispersion, false);
+                  found.ior, found.absorption.x >= 0.0, max(found.absorption, vec3(0.0)), false);
 }
 
 // The same for a viewer who is on the back of the surface or not.

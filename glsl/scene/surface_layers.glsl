@@ -2,20 +2,23 @@
 // The layers of a material at a point of a surface: with their textures, the normal of the coat and the direction of anisotropy.
 #include "scene/normal_map.glsl"
 
+// True if textures may change the layers from point to point. A scene in which they do names its surfaces.
+const bool HAS_LAYER_TEXTURES = HAS_TEXTURES && SURFACES_NAMED;
+
 // `point` has the normal of the mesh, before a normal map turns it.
 Layers layers_at(uint index, GpuInstance instance, uint primitive, vec2 weights, TrianglePoint point) {
     Layers layers = layers_at(index);
     if (!HAS_LAYERS) return layers;
     GpuMaterialLayers used = load_material_layers(scene.at.material_count + index);
-    if (HAS_TEXTURES && used.coat_texture != NONE) {
+    if (HAS_COAT && HAS_LAYER_TEXTURES && used.coat_texture != NONE) {
         GpuTexture found = load_textures(used.coat_texture);
         layers.coat *= texture_at(found, uv_at(instance, primitive, weights, found.set), false).r;
     }
-    if (HAS_TEXTURES && used.coat_roughness_texture != NONE) {
+    if (HAS_COAT && HAS_LAYER_TEXTURES && used.coat_roughness_texture != NONE) {
         GpuTexture found = load_textures(used.coat_roughness_texture);
         layers.coat_roughness *= texture_at(found, uv_at(instance, primitive, weights, found.set), false).g;
     }
-    if (HAS_TEXTURES && used.transmission_texture != NONE) {
+    if (HAS_TRANSMISSION && HAS_LAYER_TEXTURES && used.transmission_texture != NONE) {
         GpuTexture found = load_textures(used.transmission_texture);
         layers.transmission *= texture_at(found, uv_at(instance, primitive, weights, found.set), false).r;
     }
@@ -28,7 +31,7 @@ Layers layers_at(uint index, GpuInstance instance, uint primitive, vec2 weights,
     }
     if (HAS_ANISOTROPY && layers.anisotropy > 0.0) {
         vec2 direction = vec2(1.0, 0.0);
-        if (HAS_TEXTURES && used.anisotropy_texture != NONE) {
+        if (HAS_LAYER_TEXTURES && used.anisotropy_texture != NONE) {
             GpuTexture found = load_textures(used.anisotropy_texture);
             vec3 value = texture_at(found, uv_at(instance, primitive, weights, found.set), false).rgb;
             vec2 mapped = value.rg * 2.0 - 1.0;
@@ -36,7 +39,7 @@ Layers layers_at(uint index, GpuInstance instance, uint primitive, vec2 weights,
             if (size > TINY) direction = mapped * inversesqrt(size);
             layers.anisotropy *= value.b;
         }
-        vec2 turn = vec2(cos(used.anisotropy_rotation), sin(used.anisotropy_rotation));
+        vec2 turn = on_circle(used.anisotropy_turns);
         direction = vec2(turn.x * direction.x - turn.y * direction.y, turn.y * direction.x + turn.x * direction.y);
         vec3 tangent, bitangent;
         if (mesh_tangents(instance, primitive, weights, point.shading_normal, tangent, bitangent)) {

@@ -12,6 +12,7 @@ use crate::shader_interface::{
     WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT,
 };
 use glam::Vec3;
+use std::f64::consts::TAU;
 
 /// The materials and textures of a scene, in the form in which they are uploaded into the device's buffers.
 pub struct Materials {
@@ -244,12 +245,13 @@ pub fn gpu_layers(
         absorbed.min(f32::MAX.into()) as f32
     };
     let color = volume.attenuation_color;
+    let turns = f64::from(anisotropy.rotation) / TAU;
     GpuMaterialLayers {
         coat: coat.factor,
         coat_roughness: coat.roughness,
         anisotropy: anisotropy.strength,
         transmission: transmission.factor,
-        anisotropy_rotation: anisotropy.rotation,
+        anisotropy_turns: turns.rem_euclid(1.0) as f32,
         ior: material.ior,
         absorption: Vec3::new(
             absorption(color.x),
@@ -309,7 +311,6 @@ mod tests {
             thickness: 1.0,
             attenuation_distance: 2.0,
             attenuation_color: Vec3::new(0.5, 1.0, 0.0),
-            ..Volume::default()
         };
         // A unit of 4: two scene units are half of it.
         let absorption = gpu_layers(&material, 4.0, |_| NONE).absorption;

@@ -83,11 +83,9 @@ pub struct Transmission {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
     /// Thickness in the mesh's unit of length, at least 0. 0: the surface is a thin sheet without a volume. Rays find the
-    /// thickness of a volume by themselves, so that all values above 0 mean the same.
+    /// thickness of a volume by themselves, so that all values above 0 mean the same, and textures of the thickness are not
+    /// read.
     pub thickness: f32,
-    /// Linear texture whose green channel multiplies `thickness` in renderers that trace no rays. It has no effect here; it
-    /// is kept for files that are written.
-    pub thickness_texture: Option<Texture>,
     /// Distance in scene units, above 0, at which white light has the colour `attenuation_color`; infinite: the substance
     /// absorbs nothing.
     pub attenuation_distance: f32,
@@ -100,7 +98,6 @@ impl Default for Volume {
     fn default() -> Self {
         Self {
             thickness: 0.0,
-            thickness_texture: None,
             attenuation_distance: f32::INFINITY,
             attenuation_color: Vec3::ONE,
         }
@@ -117,23 +114,27 @@ impl Coat {
 
 impl Layers {
     /// The textures of all layers, each with the name of its slot, for messages; `None` where there is no texture.
-    pub fn textures(&self) -> [(&'static str, &Option<Texture>); 6] {
+    pub fn textures(&self) -> [(&'static str, &Option<Texture>); 5] {
         [
             ("clear coat texture", &self.coat.texture),
             ("clear coat roughness texture", &self.coat.roughness_texture),
             ("clear coat normal texture", &self.coat.normal_texture),
             ("anisotropy texture", &self.anisotropy.texture),
             ("transmission texture", &self.transmission.texture),
-            ("thickness texture", &self.volume.thickness_texture),
         ]
     }
 
-    /// True if a texture changes a value of a layer from point to point. Normal maps do not count, nor does the thickness.
+    /// True if a texture changes a value of a layer from point to point. Normal maps do not count.
     pub fn has_textures(&self) -> bool {
         self.coat.texture.is_some()
             || self.coat.roughness_texture.is_some()
             || self.anisotropy.texture.is_some()
             || self.transmission.texture.is_some()
+    }
+
+    /// True if the surface is the boundary of a volume that light enters.
+    pub fn bounds_a_volume(&self) -> bool {
+        self.transmission.factor > 0.0 && self.volume.thickness > 0.0
     }
 
     /// True if the picture can differ from that of the same material without layers. Volume and dispersion have an effect

@@ -260,8 +260,7 @@ impl Material {
     /// True if the camera looks through the back of the surface, as glTF asks for materials that are not double-sided. The
     /// back of a volume is the inside of its boundary, which a camera in the volume sees.
     pub fn hides_its_back(&self) -> bool {
-        let is_volume = self.layers.transmission.factor > 0.0 && self.layers.volume.thickness > 0.0;
-        self.culled && !is_volume
+        self.culled && !self.layers.bounds_a_volume()
     }
 }
 

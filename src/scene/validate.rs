@@ -12,6 +12,7 @@ use super::notices::{Tally, label};
 use super::{Bounds, Instance, Material, Mesh, Scene};
 use crate::{Error, Result};
 use glam::{DAffine3, DMat3, Vec3};
+use layers::check_volumes;
 use materials::{check_image, check_material, check_textures};
 use meshes::check_mesh;
 use punctual::check_punctual;
@@ -73,10 +74,12 @@ pub(super) fn is_within(color: Vec3, limit: f32) -> bool {
 
 impl Mesh {
     /// Checks and repairs a mesh, and makes its tangents. `index` is its index in the scene. Returns the notices about it;
-    /// fails as [`check_mesh`] does. A mesh that `deforms` is only checked. Meshes are independent of each other, so they are checked in parallel.
+    /// fails as [`check_mesh`] does. A mesh that `deforms` is only checked. Meshes are independent of each other, so they are
+    /// checked in parallel.
     fn checked(&mut self, index: usize, materials: &[Material], deforms: bool) -> Result<Tally> {
         let mut tally = Tally::default();
         check_mesh(index, self, materials)?;
+        check_volumes(index, self, materials, &mut tally);
         // Its rest shape is repaired where it is read: later, its vertices must keep their order.
         if deforms {
             return Ok(tally);

@@ -163,8 +163,8 @@ crate::gpu_constants! {
     pub const STREAM_INDIRECT: u32 = 64;
     /// Number of a random stream of path vertices. Each vertex uses it to select a random position in the
     /// list of its cell of space; vertices of the next frame find the world reservoir of the vertex there.
-    /// Merges of world reservoirs use larger numbers: `STREAM_WORLD` + 2n at a vertex after n scattering
-    /// events (n ≥ 1), and one more if the path begins with a mirror reflection.
+    /// Merges of world reservoirs use larger numbers: `STREAM_WORLD` + (`MAX_DELTA_LOBES` + 1) · n at a vertex
+    /// after n scattering events (n ≥ 1), and up to `MAX_DELTA_LOBES` more if the path begins at a delta lobe.
     pub const STREAM_WORLD: u32 = 128;
     /// The width and the height, in pixels, of a block of the picture. In each frame, the surface at one random pixel of
     /// each block fills a slot of the hash grid with a reservoir of direct light, unless another surface takes this slot. A

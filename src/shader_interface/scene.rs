@@ -112,9 +112,9 @@ crate::gpu_struct! {
         /// Strength of the anisotropy in [0, 1]; 0: the specular lobe has the same width in all directions. Along its
         /// direction, the width of the lobe is mixed with 1 by the square of the strength.
         pub anisotropy: f32,
-        /// Angle in radians from the tangent, or from the direction of the anisotropy texture, to the direction in which the
-        /// specular lobe is wider, towards the bitangent.
-        pub anisotropy_rotation: f32,
+        /// Angle from the tangent, or from the direction of the anisotropy texture, to the direction in which the specular lobe
+        /// is wider, towards the bitangent. In turns, in [0, 1].
+        pub anisotropy_turns: f32,
         /// Absorption coefficient of the volume per RGB channel, in 1 over the device's unit of length: light that travels the
         /// distance d is multiplied by exp(−absorption · d). It is finite. All channels are −1 if the surface is a thin sheet
         /// without a volume.

@@ -264,6 +264,29 @@ fn glass_is_seen_as_its_twin() {
     }
 }
 
+/// Reflections at the largest index that validation permits equal the twin; with far larger ones, Fresnel's term is 0/0.
+#[test]
+fn the_largest_index_of_refraction_reflects_as_its_twin() {
+    let mut random = Random(27);
+    let mut is_right = |ior, inside| {
+        let glass = Glass::new(0.5, ior, Some(inside));
+        let pairs: Vec<_> = (0..1000)
+            .map(|_| (upper(&mut random).as_vec3(), upper(&mut random).as_vec3()))
+            .collect();
+        let inputs: Vec<_> = pairs.iter().map(|&(o, i)| words(o, 0, i)).collect();
+        let found = run(glass, COLOR, &inputs, EVALUATE, &[]);
+        pairs.iter().zip(found).all(|((o, i), output)| {
+            let twin = glass.evaluate(o.as_dvec3(), i.as_dvec3());
+            let gap = (vector(&output) - twin).abs();
+            gap.cmple(2e-3 * twin + 1e-6).all()
+        })
+    };
+    for inside in [false, true] {
+        assert!(is_right(1e4, inside));
+        assert!(!is_right(1e9, inside));
+    }
+}
+
 /// Light takes the same way back: f times the squared index of the other side is symmetric.
 #[test]
 fn light_through_glass_takes_the_same_way_back() {

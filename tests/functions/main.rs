@@ -5,6 +5,7 @@ mod camera;
 mod directions;
 mod environment;
 mod glass;
+mod layer_textures;
 mod layers;
 mod light_bvh;
 mod lights;
@@ -81,6 +82,7 @@ impl Offers for Tables {
             ("texels", Resource::Read(&self.texels)),
             ("instances", Resource::Read(&self.nothing)),
             ("triangle_parts", Resource::Read(&self.nothing)),
+            ("corner_directions", Resource::Read(&self.nothing)),
             ("uvs", Resource::Read(&self.nothing)),
             ("colors", Resource::Read(&self.nothing)),
             ("images", Resource::Images(&self.images)),

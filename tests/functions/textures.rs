@@ -11,14 +11,14 @@ use headwater::scene::{Material, Scene};
 use headwater::shader_interface::{GpuMaterial, NONE, Textures};
 
 /// The units of scenes whose numbers stay as they are.
-const UNITS: Units = Units {
+pub const UNITS: Units = Units {
     origin: DVec3::ZERO,
     length: 1.0,
     radiance: 1.0,
 };
 
 /// An image of `width` × `height` random texels.
-fn image(random: &mut Random, width: u32, height: u32) -> Image {
+pub fn image(random: &mut Random, width: u32, height: u32) -> Image {
     let texel = |_| [0; 4].map(|_: u8| random.index(256) as u8);
     Image {
         name: String::new(),

@@ -353,7 +353,6 @@ fn layers_of_materials_are_read() {
         },
         volume: Volume {
             thickness: 2.0,
-            thickness_texture: None,
             attenuation_distance: 3.0,
             attenuation_color: Vec3::new(0.5, 1.0, 0.25),
         },
@@ -361,6 +360,23 @@ fn layers_of_materials_are_read() {
     };
     assert_eq!(scene.materials[0].layers, expected);
     assert_eq!(scene.materials[0].ior, 1.75);
+}
+
+/// Rays find the thickness, so that its texture is not read: here its file is missing, and so are its texture coordinates.
+#[test]
+fn a_thickness_texture_is_not_read() {
+    let file = layered(json!({
+        "KHR_materials_transmission": { "transmissionFactor": 1 },
+        "KHR_materials_volume": {
+            "thicknessFactor": 2, "thicknessTexture": { "index": 0, "texCoord": 7 },
+        },
+    }));
+    let scene = load(&file.with(|json| {
+        json["images"] = json!([{ "uri": "lost.png" }]);
+        json["textures"] = json!([{ "source": 0 }]);
+    }));
+    assert_eq!(scene.materials[0].layers.volume.thickness, 2.0);
+    assert!(scene.images.is_empty());
 }
 
 #[test]
@@ -386,4 +402,10 @@ fn layers_out_of_range_are_clamped_with_one_notice() {
         assert!(notices.contains(expected), "{notices}");
     }
     assert_eq!(scene.notices.len(), 3, "{notices}");
+    let scene = load(&layered(json!({ "KHR_materials_ior": { "ior": 1e9 } })));
+    assert_eq!(scene.materials[0].ior, 1e4);
+    assert_eq!(
+        scene.notices,
+        ["indices of refraction above 10000 become 10000: material 0 \"paint\""]
+    );
 }

@@ -32,6 +32,8 @@ vec3 draw(DustLobe lobe, vec3 outgoing, vec2 u) {
 
 float alpha_of(DustLobe lobe) { return 1.0; }
 
+bool is_matte(DustLobe lobe) { return true; }
+
 vec3 reflect_delta(DustLobe lobe, float below, vec3 outgoing, out vec3 direction) {
     direction = vec3(0.0);
     return vec3(0.0);
@@ -72,6 +74,8 @@ vec3 evaluate(TurnLobe lobe, float below, float probability, vec3 outgoing, vec3
 vec3 draw(TurnLobe lobe, vec3 outgoing, vec2 u) { return vec3(0.0); }
 
 float alpha_of(TurnLobe lobe) { return 0.0; }
+
+bool is_matte(TurnLobe lobe) { return false; }
 
 vec3 reflect_delta(TurnLobe lobe, float below, vec3 outgoing, out vec3 direction) {
     direction = vec3(outgoing.y, -outgoing.x, outgoing.z);

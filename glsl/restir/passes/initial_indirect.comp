@@ -100,7 +100,7 @@ void main() {
                 // Emission at the second vertex belongs to direct light.
                 add_candidate(light_hit(path, surface.light, hit, ray.direction), random_choice(random));
             }
-            // What a surface emits knows no medium that only the surface knows.
+            // Emitted light knows no medium that only the surface knows.
             if (HAS_TRANSMISSION && !is_medium(path.medium) && surface.layers.inside) {
                 pass_medium(path, medium_behind(surface.layers), hit.t);
             }

@@ -32,7 +32,6 @@ pub(super) const PARAMETERS: &[Parameter] = &[
 fn glass(values: &Values, is_volume: bool) -> Material {
     let volume = Volume {
         thickness: 1.0,
-        thickness_texture: None,
         attenuation_distance: 1.0,
         attenuation_color: Vec3::new(0.4, 0.8, 0.5),
     };

@@ -283,7 +283,7 @@ fn textured() -> Scene {
     scene
 }
 
-fn slots(material: &mut Material) -> [&mut Option<Texture>; 12] {
+fn slots(material: &mut Material) -> [&mut Option<Texture>; 11] {
     [
         &mut material.base_color_texture,
         &mut material.metallic_roughness_texture,
@@ -296,7 +296,6 @@ fn slots(material: &mut Material) -> [&mut Option<Texture>; 12] {
         &mut material.layers.coat.normal_texture,
         &mut material.layers.anisotropy.texture,
         &mut material.layers.transmission.texture,
-        &mut material.layers.volume.thickness_texture,
     ]
 }
 
@@ -336,7 +335,7 @@ fn every_value_of_images_and_textures_counts() {
     for (index, change) in whole.iter().enumerate() {
         check(&format!("change {index}"), change);
     }
-    for slot in 0..12 {
+    for slot in 0..11 {
         let texture = |scene: &mut Scene, change: &dyn Fn(&mut Option<Texture>)| {
             change(slots(&mut scene.materials[0])[slot]);
         };

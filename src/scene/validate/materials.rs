@@ -8,8 +8,12 @@ use crate::scene::{AlphaMode, Image, Material};
 use crate::{Error, Result};
 use glam::Vec3;
 
-/// Checks that a material's numbers are in range, and fails at the first that is not. A base colour outside [0, 1] is
-/// clamped instead, with a notice in `tally`. A mask with the cutoff 0, which has no holes, becomes opaque. `index` is the
+/// The largest index of refraction; larger ones are clamped to it. It is beyond any substance, and reflects 99.96 % of the
+/// light. With far larger ones, the reflectance is 1 in f32, and the share of Fresnel's term above it becomes 0/0.
+const LARGEST_INDEX: f32 = 1e4;
+
+/// Checks that a material's numbers are in range, and fails at the first that is not. A base colour outside [0, 1] and an index
+/// of refraction outside its range are clamped instead, with a notice in `tally`. A mask with the cutoff 0, which has no holes, becomes opaque. `index` is the
 /// material's index in the scene, for messages.
 pub(super) fn check_material(
     index: usize,
@@ -82,6 +86,12 @@ pub(super) fn check_material(
     if *ior != 0.0 && *ior < 1.0 {
         *ior = 1.0;
         tally.add("indices of refraction below 1 become 1", || what.clone());
+    }
+    if *ior > LARGEST_INDEX {
+        *ior = LARGEST_INDEX;
+        tally.add("indices of refraction above 10000 become 10000", || {
+            what.clone()
+        });
     }
     check_layers(&what, layers, tally)?;
     let clamped = base_color.clamp(Vec3::ZERO, Vec3::ONE);

@@ -137,7 +137,6 @@ fn add_layers(layers: &Layers, extensions: &mut Map<String, Value>, textures: &m
         if volume.attenuation_distance.is_finite() {
             value["attenuationDistance"] = json!(volume.attenuation_distance);
         }
-        textures.add(&mut value, "thicknessTexture", &volume.thickness_texture);
         extensions.insert("KHR_materials_volume".into(), value);
     }
     if *dispersion != 0.0 {

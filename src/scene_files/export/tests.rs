@@ -125,7 +125,6 @@ fn every_factor_survives() {
             },
             volume: Volume {
                 thickness: 2.0,
-                thickness_texture: Some(Texture::plain(1)),
                 attenuation_distance: 0.4,
                 attenuation_color: Vec3::new(0.9, 0.5, 0.0),
             },
@@ -273,7 +272,6 @@ fn difference(a: &Scene, b: &Scene) -> Option<String> {
                 &mut m.layers.coat.normal_texture,
                 &mut m.layers.anisotropy.texture,
                 &mut m.layers.transmission.texture,
-                &mut m.layers.volume.thickness_texture,
             ]
             .into_iter()
             .flatten()

@@ -136,9 +136,9 @@ fn convert(
     })
 }
 
-/// The layers of a material. `textures` are those of the coat (strength, roughness, normal), then those of anisotropy,
-/// transmission and thickness.
-fn layers(source: &FileMaterial, textures: [Option<Texture>; 6]) -> Layers {
+/// The layers of a material. `textures` are those of the coat (strength, roughness, normal), then those of anisotropy
+/// and transmission.
+fn layers(source: &FileMaterial, textures: [Option<Texture>; 5]) -> Layers {
     let MaterialExtensions {
         coat,
         anisotropy,
@@ -153,7 +153,6 @@ fn layers(source: &FileMaterial, textures: [Option<Texture>; 6]) -> Layers {
         coat_normal_texture,
         anisotropy_texture,
         transmission_texture,
-        thickness_texture,
     ] = textures;
     Layers {
         coat: Coat {
@@ -175,7 +174,6 @@ fn layers(source: &FileMaterial, textures: [Option<Texture>; 6]) -> Layers {
         },
         volume: Volume {
             thickness: volume.thickness_factor,
-            thickness_texture,
             attenuation_distance: volume.attenuation_distance.unwrap_or(f32::INFINITY),
             attenuation_color: Vec3::from_array(volume.attenuation_color),
         },

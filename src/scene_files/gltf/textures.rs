@@ -300,7 +300,7 @@ impl<'a> Textures<'a> {
 }
 
 /// The number of textures that a material can have, apart from those that are not supported.
-const SLOTS: usize = 12;
+const SLOTS: usize = 11;
 
 /// Loads images that no texture names, such as the faces of a cube map; `indices` are their indices in the file. Returns one
 /// entry for each: `None` if its image was left out, with a notice in `tally`, which happens only if the user permits missing
@@ -346,8 +346,9 @@ fn coordinate_set(info: &TextureInfo) -> u64 {
 }
 
 /// The supported textures of a material for base colour, metallic-roughness, normal, specular reflection, its colour, the
-/// strength, roughness and normal of the clear coat, anisotropy, transmission, thickness, and emission, in this order, each with its name for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit
-/// material, only the base colour texture has an effect. The emissive texture has an effect only if `emits` is true, which
+/// strength, roughness and normal of the clear coat, anisotropy, transmission, and emission, in this order, each with its name
+/// for messages. A texture is `None` if the material lacks it, or if it has no effect on the picture. In an unlit material,
+/// only the base colour texture has an effect. The emissive texture has an effect only if `emits` is true, which
 /// means that the material emits light at some time, and the textures of a layer only if the factor of the layer is above 0.
 fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInfo>); SLOTS] {
     let pbr = &material.pbr_metallic_roughness;
@@ -356,7 +357,6 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
         coat,
         anisotropy,
         transmission,
-        volume,
         ..
     } = &material.extensions;
     let lit = |texture| {
@@ -364,7 +364,6 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
     };
     let layer = |factor: f32, texture| if factor > 0.0 { lit(texture) } else { &None };
     let coated = |texture| layer(coat.clearcoat_factor, texture);
-    let transmitted = |texture| layer(transmission.transmission_factor, texture);
     [
         ("base colour texture", &pbr.base_color_texture),
         (
@@ -395,9 +394,11 @@ fn slots(material: &Material, emits: bool) -> [(&'static str, &Option<TextureInf
         ),
         (
             "transmission texture",
-            transmitted(&transmission.transmission_texture),
+            layer(
+                transmission.transmission_factor,
+                &transmission.transmission_texture,
+            ),
         ),
-        ("thickness texture", transmitted(&volume.thickness_texture)),
         (
             "emissive texture",
             match emits {

@@ -31,12 +31,11 @@ pub struct Transmission {
     pub transmission_texture: Option<TextureInfo>,
 }
 
-/// The extension `KHR_materials_volume`.
+/// The extension `KHR_materials_volume`. Its texture is left out, because rays find the thickness by themselves.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub struct Volume {
     pub thickness_factor: f32,
-    pub thickness_texture: Option<TextureInfo>,
     /// `None` counts as infinite.
     pub attenuation_distance: Option<f32>,
     pub attenuation_color: [f32; 3],
@@ -46,7 +45,6 @@ impl Default for Volume {
     fn default() -> Self {
         Self {
             thickness_factor: 0.0,
-            thickness_texture: None,
             attenuation_distance: None,
             attenuation_color: [1.0; 3],
         }
