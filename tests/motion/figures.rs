@@ -414,19 +414,42 @@ fn normals_that_do_not_turn_with_the_skin_are_seen() {
     assert!(!output.status.success() && said.contains("pixels have a history"));
 }
 
+/// The Cornell box with the figures, fast enough that each frame is another shape.
+fn check(bounces: u32, seeds: u32, name: &str, tracer: Option<Tracer>, change: fn(&mut Settings)) {
+    check_at(bounces, seeds, name, figures(1.5), tracer, change);
+}
+
+fn preset(name: &str) -> Settings {
+    Preset::named(name).unwrap().settings().unwrap()
+}
+
 mod thorough {
     use super::*;
 
-    /// The Cornell box with the figures, fast enough that each frame is another shape.
-    fn check(
-        bounces: u32,
-        seeds: u32,
-        name: &str,
-        tracer: Option<Tracer>,
-        change: fn(&mut Settings),
-    ) {
-        check_at(bounces, seeds, name, figures(1.5), tracer, change);
+    #[test]
+    fn the_preset_balanced() {
+        check(2, 96, "balanced", None, |s| *s = preset("balanced"));
     }
+
+    #[test]
+    fn indirect_light_from_a_floor_that_grows() {
+        check_at(2, 96, "morphing floor", floor_that_grows(), None, temporal);
+    }
+
+    #[test]
+    fn previous_positions_that_are_those_of_this_frame_are_seen() {
+        assert_seen(
+            "figures::thorough::indirect_light_from_a_floor_that_grows",
+            "scene/geometry.glsl",
+            "load_instances(index + epoch * scene.at.instance_count)",
+            "load_instances(index)",
+        );
+    }
+}
+
+/// Further techniques and faults, which take minutes.
+mod largest {
+    use super::*;
 
     #[test]
     fn direct_light() {
@@ -463,22 +486,8 @@ mod thorough {
     }
 
     #[test]
-    fn the_preset_balanced() {
-        check(2, 96, "balanced", None, |s| *s = preset("balanced"));
-    }
-
-    #[test]
     fn the_preset_accurate() {
         check(2, 96, "accurate", None, |s| *s = preset("accurate"));
-    }
-
-    fn preset(name: &str) -> Settings {
-        Preset::named(name).unwrap().settings().unwrap()
-    }
-
-    #[test]
-    fn indirect_light_from_a_floor_that_grows() {
-        check_at(2, 96, "morphing floor", floor_that_grows(), None, temporal);
     }
 
     #[test]
@@ -488,16 +497,6 @@ mod thorough {
             "restir/samples/path_sample.glsl",
             "return ratio(measure.x, old_measure.x) * ",
             "return ",
-        );
-    }
-
-    #[test]
-    fn previous_positions_that_are_those_of_this_frame_are_seen() {
-        assert_seen(
-            "figures::thorough::indirect_light_from_a_floor_that_grows",
-            "scene/geometry.glsl",
-            "load_instances(index + epoch * scene.at.instance_count)",
-            "load_instances(index)",
         );
     }
 }
