@@ -91,8 +91,8 @@ fn named_surfaces_have_the_same_light_and_motion() {
 fn wrong_materials_of_named_surfaces_are_seen() {
     let fault = (
         "restir/sample_data.glsl",
-        "SURFACES_NAMED ? named_owner(data).material",
-        "SURFACES_NAMED ? 0u",
+        "if (SURFACES_NAMED) return named_owner(data).material;",
+        "if (SURFACES_NAMED) return 0u;",
     );
     let test = "named::named_surfaces_have_the_same_light_and_motion";
     let output = support::run_with_fault(test, fault, |command| command.arg("--nocapture"));
