@@ -46,23 +46,10 @@ fn plates(cosine: f32) -> Scene {
         emission: Vec3::ONE,
         ..Material::lambert("room", Vec3::ZERO)
     };
-    let r = 400.0;
-    let mut room = Vec::new();
-    for axis in 0..3 {
-        for side in [-1.0_f32, 1.0] {
-            let normal = Vec3::AXES[axis] * side;
-            let (u, v) = (
-                Vec3::AXES[(axis + 1) % 3] * side,
-                Vec3::AXES[(axis + 2) % 3],
-            );
-            // u × v points outwards, so the inward face takes them in the other order.
-            room.extend(support::quad(
-                (normal - u - v) * r,
-                v * 2.0 * r,
-                u * 2.0 * r,
-            ));
-        }
-    }
+    // The inward faces take the edges in the other order.
+    let room = support::block(Vec3::splat(400.0))
+        .flat_map(|[corner, u, v]| support::quad(corner, v, u))
+        .collect();
     parts.push((bright, room));
     support::scene_of(&parts)
 }

@@ -54,24 +54,11 @@ fn sheet(z: f32) -> Vec<[Vec3; 3]> {
     support::quad(Vec3::new(-3.0, -3.0, z), Vec3::X * 6.0, Vec3::Y * 6.0)
 }
 
-/// The six outward faces of the block of the given half size around the origin.
+/// The outward faces of the block of the given half size around the origin.
 fn block(half: Vec3) -> Vec<[Vec3; 3]> {
-    let mut faces = Vec::new();
-    for axis in 0..3 {
-        for side in [-1.0_f32, 1.0] {
-            let normal = Vec3::AXES[axis] * side;
-            let (u, v) = (
-                Vec3::AXES[(axis + 1) % 3] * side,
-                Vec3::AXES[(axis + 2) % 3],
-            );
-            faces.extend(support::quad(
-                (normal - u - v) * half,
-                u * half * 2.0,
-                v * half * 2.0,
-            ));
-        }
-    }
-    faces
+    support::block(half)
+        .flat_map(|[corner, u, v]| support::quad(corner, u, v))
+        .collect()
 }
 
 fn emitter() -> Material {

@@ -5,22 +5,25 @@
 // True if textures may change the layers from point to point. A scene in which they do names its surfaces.
 const bool HAS_LAYER_TEXTURES = HAS_TEXTURES && SURFACES_NAMED;
 
+// A texture of values that are no colours, at a point of a triangle.
+vec4 layer_texel(uint texture, GpuInstance instance, uint primitive, vec2 weights) {
+    GpuTexture used = load_textures(texture);
+    return texture_at(used, uv_at(instance, primitive, weights, used.set), false);
+}
+
 // `point` has the normal of the mesh, before a normal map turns it.
 Layers layers_at(uint index, GpuInstance instance, uint primitive, vec2 weights, TrianglePoint point) {
     Layers layers = layers_at(index);
     if (!HAS_LAYERS) return layers;
     GpuMaterialLayers used = load_material_layers(scene.at.material_count + index);
     if (HAS_COAT && HAS_LAYER_TEXTURES && used.coat_texture != NONE) {
-        GpuTexture found = load_textures(used.coat_texture);
-        layers.coat *= texture_at(found, uv_at(instance, primitive, weights, found.set), false).r;
+        layers.coat *= layer_texel(used.coat_texture, instance, primitive, weights).r;
     }
     if (HAS_COAT && HAS_LAYER_TEXTURES && used.coat_roughness_texture != NONE) {
-        GpuTexture found = load_textures(used.coat_roughness_texture);
-        layers.coat_roughness *= texture_at(found, uv_at(instance, primitive, weights, found.set), false).g;
+        layers.coat_roughness *= layer_texel(used.coat_roughness_texture, instance, primitive, weights).g;
     }
     if (HAS_TRANSMISSION && HAS_LAYER_TEXTURES && used.transmission_texture != NONE) {
-        GpuTexture found = load_textures(used.transmission_texture);
-        layers.transmission *= texture_at(found, uv_at(instance, primitive, weights, found.set), false).r;
+        layers.transmission *= layer_texel(used.transmission_texture, instance, primitive, weights).r;
     }
     if (HAS_COAT_NORMALS) {
         TrianglePoint coat = point;
@@ -32,8 +35,7 @@ Layers layers_at(uint index, GpuInstance instance, uint primitive, vec2 weights,
     if (HAS_ANISOTROPY && layers.anisotropy > 0.0) {
         vec2 direction = vec2(1.0, 0.0);
         if (HAS_LAYER_TEXTURES && used.anisotropy_texture != NONE) {
-            GpuTexture found = load_textures(used.anisotropy_texture);
-            vec3 value = texture_at(found, uv_at(instance, primitive, weights, found.set), false).rgb;
+            vec3 value = layer_texel(used.anisotropy_texture, instance, primitive, weights).rgb;
             vec2 mapped = value.rg * 2.0 - 1.0;
             float size = dot(mapped, mapped);
             if (size > TINY) direction = mapped * inversesqrt(size);

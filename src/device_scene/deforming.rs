@@ -2,7 +2,7 @@
 //! previous frame. In each frame, the older of the two shapes is replaced. Instances name the copy that they show, so that
 //! shaders read positions, normals and trees of both frames in the same way.
 
-use super::geometry::{Geometry, MeshOffsets, pack_octahedral, pack_tangent};
+use super::geometry::{Geometry, MeshOffsets, bounds, pack_octahedral, pack_tangent};
 use super::merge_static::TracedScene;
 use super::refit::refit;
 use crate::Result;
@@ -175,12 +175,7 @@ impl DeformingMesh {
         let mut nodes = self.nodes.clone();
         let bounds = match nodes.is_empty() {
             false => refit(&mut nodes, &positions),
-            true => {
-                let corners = positions.as_flattened().iter();
-                corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
-                    (low.min(*p), high.max(*p))
-                })
-            }
+            true => bounds(positions.as_flattened().iter().copied()),
         };
         Ok(DeformedMesh {
             shape: shape.clone(),

@@ -285,7 +285,7 @@ fn unit_of(extent: f32) -> f32 {
 
 /// The smallest and the largest x, y and z of a mesh's positions, for its bounding box; both are zero if there are no
 /// positions.
-fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
+pub(super) fn bounds(positions: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     positions
         .map(|p| (p, p))
         .reduce(|(low, high), (p, _)| (low.min(p), high.max(p)))

@@ -137,10 +137,13 @@ fn layers_have_the_channels_and_directions_of_their_textures() {
     assert!(off < 5e-6, "{off}");
     for (text, planted) in [
         (
-            "found.set), false).r;\n    }\n    if (HAS_COAT",
-            "found.set), false).g;\n    }\n    if (HAS_COAT",
+            "(used.coat_texture, instance, primitive, weights).r",
+            "(used.coat_texture, instance, primitive, weights).g",
         ),
-        ("found.set), false).g;", "found.set), false).r;"),
+        (
+            "(used.coat_roughness_texture, instance, primitive, weights).g",
+            "(used.coat_roughness_texture, instance, primitive, weights).r",
+        ),
         ("layers.transmission *=", "layers.transmission +="),
         ("anisotropy *= value.b", "anisotropy *= value.r"),
         ("value.rg", "value.gr"),

@@ -225,6 +225,20 @@ pub fn quad(corner: Vec3, u: Vec3, v: Vec3) -> Vec<[Vec3; 3]> {
     ]
 }
 
+/// The six faces of a block of the given half size around the origin: of each a corner, and its edges u and v. u × v points
+/// outwards.
+pub fn block(half: Vec3) -> impl Iterator<Item = [Vec3; 3]> {
+    let sides = (0..3).flat_map(|axis| [-1.0_f32, 1.0].map(|side| (axis, side)));
+    sides.map(move |(axis, side)| {
+        let normal = Vec3::AXES[axis] * side;
+        let (u, v) = (
+            Vec3::AXES[(axis + 1) % 3] * side,
+            Vec3::AXES[(axis + 2) % 3],
+        );
+        [(normal - u - v) * half, u * half * 2.0, v * half * 2.0]
+    })
+}
+
 /// A camera at `eye` that looks at `target`, with a vertical field of view in radians.
 pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, vertical_fov: f64) -> Camera {
     let back = (eye - target).normalize();

@@ -174,6 +174,25 @@ impl<'a> Accessors<'a> {
         )
     }
 
+    /// The elements of the accessor at `index` as [`Self::attribute`] reads them, for vertices of which there are `positions`.
+    /// Fails also if the accessor has another number of elements.
+    pub fn vertex_attribute(
+        &self,
+        index: u64,
+        used_as: &str,
+        kinds: &[Kind],
+        positions: u64,
+    ) -> Result<Elements<'a>> {
+        let found = self.attribute(index, used_as, kinds)?;
+        if found.count != positions {
+            return Err(damaged(format!(
+                "accessor {index} ({used_as}): has {} elements for {positions} positions",
+                found.count
+            )));
+        }
+        Ok(found)
+    }
+
     /// The elements of the accessor at `index` in the file as vertex indices: unsigned integers of 8, 16 or 32 bits.
     /// `used_as` says in messages what the accessor is used for. Fails if the type is wrong, or if elements lie outside of
     /// their buffer.

@@ -91,7 +91,7 @@ impl Deforming {
             )));
         }
         self.append_influences(accessors, what, primitive, used, tally)?;
-        let count = count_of(accessors, primitive, "POSITION");
+        let positions = count_of(accessors, primitive, "POSITION");
         for (index, (target, lists)) in primitive.targets.iter().zip(&mut self.offsets).enumerate()
         {
             for (name, list) in ["POSITION", "NORMAL", "TANGENT"].into_iter().zip(lists) {
@@ -102,14 +102,8 @@ impl Deforming {
                     continue;
                 };
                 let used_as = format!("{name} of target {index} of {what}");
-                let found = accessors.attribute(accessor, &used_as, &[Kind::Vec3])?;
-                if Some(found.count) != count {
-                    return Err(damaged(format!(
-                        "accessor {accessor} ({used_as}): has {} elements for {} positions",
-                        found.count,
-                        count.unwrap_or(0)
-                    )));
-                }
+                let found =
+                    accessors.vertex_attribute(accessor, &used_as, &[Kind::Vec3], positions)?;
                 (accessors.unfolding).take(&used_as, vertices as u128 * 12)?;
                 list.resize(vertices - used.len(), Vec3::ZERO);
                 for &vertex in used {
@@ -135,7 +129,7 @@ impl Deforming {
         tally: &mut Tally,
     ) -> Result<()> {
         let mut sets = Vec::new();
-        let count = count_of(accessors, primitive, "POSITION");
+        let positions = count_of(accessors, primitive, "POSITION");
         while !self.joints.is_empty() {
             let names = [
                 format!("JOINTS_{}", sets.len()),
@@ -148,15 +142,7 @@ impl Deforming {
             };
             let read = |accessor: u64, name: &str| {
                 let used_as = format!("{name} of {what}");
-                let found = accessors.attribute(accessor, &used_as, &[Kind::Vec4])?;
-                match Some(found.count) == count {
-                    true => Ok(found),
-                    false => Err(damaged(format!(
-                        "accessor {accessor} ({used_as}): has {} elements for {} positions",
-                        found.count,
-                        count.unwrap_or(0)
-                    ))),
-                }
+                accessors.vertex_attribute(accessor, &used_as, &[Kind::Vec4], positions)
             };
             sets.push((read(*joints, &names[0])?, read(*weights, &names[1])?));
         }
@@ -286,12 +272,10 @@ impl Deforming {
     }
 }
 
-fn count_of(accessors: &Accessors<'_>, primitive: &Primitive, name: &str) -> Option<u64> {
-    let accessor = get(
-        &accessors.document.accessors,
-        *primitive.attributes.get(name)?,
-    )?;
-    Some(accessor.count)
+fn count_of(accessors: &Accessors<'_>, primitive: &Primitive, name: &str) -> u64 {
+    let index = primitive.attributes.get(name);
+    let accessor = index.and_then(|index| get(&accessors.document.accessors, *index));
+    accessor.map_or(0, |accessor| accessor.count)
 }
 
 /// The joints of the skin with the index `index`, which `node` uses.

@@ -155,13 +155,7 @@ impl<'a> Meshes<'a> {
                 return Ok(None);
             };
             let used_as = format!("{name} of {what}");
-            let found = accessors.attribute(accessor, &used_as, kinds)?;
-            if found.count != positions.count {
-                return Err(damaged(format!(
-                    "accessor {accessor} ({used_as}): has {} elements for {} positions",
-                    found.count, positions.count
-                )));
-            }
+            let found = accessors.vertex_attribute(accessor, &used_as, kinds, positions.count)?;
             Ok(Some(found))
         };
         let normals = attribute(&self.accessors, "NORMAL", &[Kind::Vec3])?;
